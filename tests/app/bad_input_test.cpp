@@ -1,4 +1,4 @@
-// What a user does wrong: exit code 2, one sentence that names the file, and nothing touched.
+// Errors of a user: exit status 2, one sentence that names the file, and no file changed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-/// One sentence, from the program, with these words; and no result.
+/// One sentence of the program that contains these words, and no result.
 void expect_refused(const Outcome& result, const std::vector<std::string>& words) {
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, StartsWith("palpate: "));

@@ -1,5 +1,5 @@
-// `palpate calibrate` as a person runs it: the simulated device goes where it is asked to, and the
-// test plays the controller in a room that it knows.
+// `palpate calibrate` as a user runs it: the simulated device moves to where the program sends it,
+// and the test acts as the controller in a room whose geometry is known.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,12 +22,12 @@ using ::testing::HasSubstr;
 
 constexpr const char* kSelect = "input /user/hand/right/input/select/click ";
 
-/// Where the device truly stands, and the tip in the controller's grip.
+/// The true pose of the device, and the tip's place in the controller's grip.
 const Pose kStageFromDevice{{0.10, 0.95, -0.45},
                             glm::angleAxis(0.4, glm::normalize(glm::dvec3(0.2, 1.0, -0.3)))};
 constexpr glm::dvec3 kTip_m{0.010, -0.020, -0.060};
 
-/// The largest distance over the device's reach.
+/// The largest error over the device's reach.
 double error_m(const Pose& found) {
   double most = 0.0;
   for (int k = 0; k < 27; ++k) {
@@ -44,7 +44,8 @@ std::string pose_text(const Pose& pose) {
                      pose.position_m.y, pose.position_m.z, q.x, q.y, q.z, q.w);
 }
 
-/// The last place that the program says the tip is at, after `from` of what it said; waits for it.
+/// Waits for the next printed position of the tip, after `from` in the output, and returns the last
+/// one.
 glm::dvec3 tip_said(const Program& program, size_t from) {
   const std::string before = "tip at ";
   size_t at = std::string::npos;
@@ -59,7 +60,7 @@ glm::dvec3 tip_said(const Program& program, size_t from) {
   return 1e-3 * tip;
 }
 
-/// Waits for one of two texts after `from`; where it ends.
+/// Waits for one of two texts after `from`. Returns where it ends.
 size_t after(const Program& program, size_t from, const std::string& one,
              const std::string& other) {
   size_t at = std::string::npos;
@@ -73,15 +74,15 @@ size_t after(const Program& program, size_t from, const std::string& one,
   return at;
 }
 
-/// A person who touches the tip wherever it is, with a hand that is off by `noise_m` RMS, and
-/// slips by 3 cm at point `slip`.
+/// A person who touches the tip wherever it is, with an error of `noise_m` RMS, and slips by 3 cm
+/// at point `slip`.
 class Toucher {
  public:
   Toucher(MadeHeadset& headset, double noise_m, int slip)
       : headset_(headset), noise_(0.0, noise_m / std::sqrt(3.0)), slip_(slip) {}
 
-  /// Twelve points and the check, as they are asked for from this place in what was said on; false
-  /// if one is not.
+  /// Touches the twelve points and the check as the program requests them, from this place in its
+  /// output on. False if a request does not come.
   bool touch_all(const Program& program, size_t from) {
     for (int number = 1; number <= 13; ++number) {
       const std::string wanted =
@@ -141,15 +142,15 @@ TEST(Calibrate, FindsTheDeviceByTouchedPointsInSpiteOfASlip) {
   EXPECT_EQ(stored->headset, "made headset");
   EXPECT_EQ(stored->device, "simulated device");
   EXPECT_LE(glm::distance(stored->calibration.controller_from_tip_m, kTip_m), 1e-9);
-  // Eleven points with 0.3 mm each leave about 0.3 sqrt(2 / 11) at the corners; four times that is
-  // never seen. The tip's place is printed to 0.05 mm.
+  // Eleven points with 0.3 mm each leave an error of about 0.3 sqrt(2 / 11) at the corners; the
+  // limit is four times that. The tip's place is printed to 0.05 mm.
   const double off = error_m(stored->calibration.stage_from_device);
   EXPECT_LE(off, 0.0006);
   RecordProperty("error_um", int(1e6 * off));
 }
 
-/// Poses of the controller that is clipped to the wandering tip, from now on for two minutes:
-/// 30 ms late, with 1 mm and 0.3 degrees RMS, a fifth of them wrong.
+/// Poses of the controller that is clipped to the moving tip, for the next two minutes: 30 ms late,
+/// with errors of 1 mm and 0.3 degrees RMS, a fifth of them wrong.
 void write_movement(const std::filesystem::path& file, double delay_s) {
   std::ofstream stream(file);
   std::mt19937_64 random(11);
@@ -185,7 +186,8 @@ TEST(Calibrate, FindsTheDeviceAndTheDelayByMovement) {
   EXPECT_THAT(outcome.out, HasSubstr("each half of the movement alone"));
   const auto stored = files::read_calibration(folder / "room.json");
   ASSERT_TRUE(stored) << stored.error().message;
-  // What issue 4 asks for: 0.3 mm over the workspace, here within half the reach and at its worst.
+  // 0.3 mm over the workspace is required; the largest error within half the reach must be below
+  // twice that.
   const double off = error_m(stored->calibration.stage_from_device);
   EXPECT_LE(off, 0.0006);
   EXPECT_NEAR(stored->calibration.delay_s, 0.030, 0.002);
@@ -193,8 +195,8 @@ TEST(Calibrate, FindsTheDeviceAndTheDelayByMovement) {
   RecordProperty("error_um", int(1e6 * off));
 }
 
-/// A controller that is turned about its tip, which rests in one place, from now on for two
-/// minutes: with 1 mm and 0.3 degrees RMS, a fifth of the poses wrong.
+/// A controller that is rotated about its tip, which rests in one place, for the next two minutes:
+/// with errors of 1 mm and 0.3 degrees RMS, a fifth of the poses wrong.
 void write_turning(const std::filesystem::path& file) {
   std::ofstream stream(file);
   std::mt19937_64 random(13);
@@ -242,10 +244,11 @@ TEST(Calibrate, FindsTheTipByTurningTheControllerAboutItAndThenTheDevice) {
   EXPECT_THAT(headset.left(), HasSubstr("violations 0"));
   const auto stored = files::read_calibration(folder / "room.json");
   ASSERT_TRUE(stored) << stored.error().message;
-  // 8 s at 90 Hz, or fewer poses on a slow machine: 0.2 mm was the worst of a hundred of 450.
+  // 8 s at 90 Hz, or fewer poses on a slow machine. With 450 poses the largest error of a hundred
+  // runs was 0.2 mm.
   const double tip_off = glm::distance(stored->calibration.controller_from_tip_m, kTip_m);
   EXPECT_LE(tip_off, 0.0005);
-  // The touches' own error as above, and the tip's besides.
+  // The error of the touches as above, and that of the tip.
   EXPECT_LE(error_m(stored->calibration.stage_from_device), 0.0006 + 0.0005);
   RecordProperty("tip_um", int(1e6 * tip_off));
 }

@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 // Floats of positions around 100 mm.
 constexpr double kRounding = 1e-4;
 
-/// An anisotropic grid, so that millimetres and voxels of either kind differ.
+/// An anisotropic grid, so that millimetres, the field's voxels and the finest voxels differ.
 Grid box() {
   return {{20, 16, 12}, {1.0, 2.0, 4.0}, {0.0, 0.0, 0.0}, glm::dmat3(1.0)};
 }
@@ -145,7 +145,8 @@ TEST(PhantomCommand, WritesTheSequenceAndItsTruth) {
       run({"check", folder / "truth/truth_0_to_1.mha", "--cycle", folder / "truth/truth_1_to_2.mha",
            folder / "truth/truth_2_to_0.mha", "--mask", folder / "truth/wall_0.mha", "--json"})
           .json();
-  // Trilinear between samples of 4 mm of fields that bend over 20 mm.
+  // The error of trilinear interpolation between samples of 4 mm, for fields that change over 20
+  // mm.
   EXPECT_LT(json["cycle_drift"]["everywhere"]["mm"]["max"], 0.3);
   EXPECT_GT(json["motion_mm"]["max"], 1.0);
   EXPECT_EQ(

@@ -1,4 +1,4 @@
-// What a person types wrong, and what the program then says: one sentence that helps.
+// Wrong command lines, and the answer of the program: one sentence that says what to do.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ TEST(CommandLine, NamesTheOptionThatWasMeant) {
   EXPECT_THAT(refusal({"motion", "a.mha", "b.mha", "-o", "u.mha", "--perset", "fast"}),
               HasSubstr("'palpate motion' has no option '--perset': did you mean '--preset'?"));
   EXPECT_THAT(refusal({"feel", "heart", "--frictoin=0.2"}), HasSubstr("'--friction'"));
-  // Before what is missing besides: that may well be what the wrong word was to say.
+  // Reported before a missing argument: the misspelt option may have been meant as that argument.
   EXPECT_THAT(refusal({"motion", "a.mha", "b.mha", "--ouptut", "u.mha"}),
               HasSubstr("did you mean '--output'?"));
   EXPECT_THAT(refusal({"check", "u.mha", "--something-else"}),
@@ -127,7 +127,7 @@ TEST(CommandLine, TheOldNameOfTheVulkanDeviceGoesOnWorkingWithAHint) {
   EXPECT_EQ(now.err, "");
   EXPECT_EQ(before.exit_code, now.exit_code) << before.err;
   EXPECT_THAT(before.err, HasSubstr("named with --gpu"));
-  // Whoever means the Vulkan device where --device is the force device.
+  // A user who means the Vulkan device, where --device is the force device.
   EXPECT_THAT(refusal({"feel", "heart", "--device", "llvmpipe"}),
               AllOf(HasSubstr("'llvmpipe'"), HasSubstr("simulated"), HasSubstr("--gpu")));
 }
@@ -144,7 +144,7 @@ TEST(CommandLine, VerboseSaysMoreOfTheDevice) {
   EXPECT_THAT(before.err, HasSubstr("driver "));
 }
 
-/// A command that would be good but for the value of one option.
+/// A command that is valid but for the value of one option.
 struct Nonsense {
   std::vector<std::string> command;
   std::string option;
@@ -202,7 +202,7 @@ TEST(CommandLine, FramesOfPointsHaveARangeToo) {
               HasSubstr("from 0 to 1000000"));
 }
 
-/// The test above walks all of them: an option that is added needs a range and a row there.
+/// The test above has a row for each number: a new option needs a range and a row there.
 TEST(CommandLine, NoNumberIsWithoutARange) {
   const auto all = commands();
   EXPECT_GE(all.size(), 12U);
@@ -275,7 +275,7 @@ TEST(Feel, MakesTheFolderOfTheBlackBox) {
   Program program({"feel", "molecule", "--device", "simulated", "--seconds", "600", "--headset",
                    "off", "--watchdog", "1000", "--black-box", box.string()});
   ASSERT_TRUE(program.wait_for(" Hz ")) << program.wait().err;
-  // Asleep for longer than the watchdog waits: a fault that is worth a file.
+  // Stopped for longer than the watchdog waits: this is a fault that writes a file.
   program.signal(SIGSTOP);
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));
   program.signal(SIGCONT);
@@ -287,7 +287,7 @@ TEST(Feel, MakesTheFolderOfTheBlackBox) {
   program.signal(SIGINT);
   EXPECT_EQ(program.wait().exit_code, 0);
   EXPECT_FALSE(std::filesystem::is_empty(box, error));
-  // Where no folder can be made, it is said before anything is felt.
+  // If the folder can not be made, the program reports it before the scene is felt.
   files::write_bytes(folder / "file", "not a folder");
   const Outcome refused = run({"feel", "molecule", "--device", "simulated", "--headset", "off",
                                "--black-box", folder / "file/box"});

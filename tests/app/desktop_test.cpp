@@ -22,7 +22,7 @@ using test::VirtualDisplay;
 using ::testing::HasSubstr;
 using namespace std::chrono_literals;
 
-/// How much of the middle of a window of 1120 x 760 is redder than the blue-grey background.
+/// The share of the middle of a window of 1120 x 760 that is redder than the blue-grey background.
 double share_of_flesh(const Screenshot& shot) {
   int red = 0, all = 0;
   for (int y = 230; y < 530; y += 5)
@@ -43,8 +43,8 @@ TEST(Desktop, LetsAMousePressTheBeatingHeart) {
   Program program(
       {"feel", "heart", "--headset", "none", "--device", "mouse", "--csv", csv.string()});
   ASSERT_TRUE(wait_until([&] { return share_of_flesh(display->screenshot()) > 0.1; }))
-      << "no heart is to be seen";
-  // The force is let in over two seconds, in which the hand must be free.
+      << "no heart is visible";
+  // The start ramp takes two seconds, during which the hand must be free.
   ASSERT_TRUE(display->act("mousemove 560 380 sleep 3"));
   ASSERT_TRUE(display->act("click --repeat 40 --delay 50 4 sleep 1"));
   ASSERT_TRUE(display->act("key Escape"));
@@ -55,12 +55,12 @@ TEST(Desktop, LetsAMousePressTheBeatingHeart) {
   ASSERT_GT(ticks.size(), 1000u);
   double most_n = 0.0;
   for (size_t row = 0; row < ticks.size(); ++row) most_n = std::max(most_n, ticks.force(row));
-  EXPECT_GT(most_n, 0.3) << "the heart's wall holds the probe";
-  // The eye stands at the front (+z): what the wheel took away from it went to -z.
+  EXPECT_GT(most_n, 0.3) << "the heart's wall is felt";
+  // The eye is in front (+z): the wheel moves the probe away from it, to -z.
   EXPECT_LT(ticks.number(ticks.size() - 1, "probe_z_m"), ticks.number(0, "probe_z_m") - 0.01);
 }
 
-/// Mean difference of two pictures of the middle of the window, of 255.
+/// Mean difference of two pictures in the middle of the window, of 255.
 double apart(const Screenshot& a, const Screenshot& b) {
   double sum = 0.0;
   int count = 0;
@@ -73,7 +73,7 @@ double apart(const Screenshot& a, const Screenshot& b) {
   return sum / count;
 }
 
-/// Values that stayed for 150 ticks and more, in turn.
+/// Values that stayed the same for at least 150 ticks, in order.
 std::vector<double> rests(const Table& ticks, const std::string& column, double within) {
   std::vector<double> found;
   size_t since = 0;
@@ -94,13 +94,14 @@ TEST(Desktop, KeysGoThroughTimeAndBringViewAndProbeBack) {
   Program program(
       {"feel", "shell", "--headset", "none", "--device", "mouse", "--csv", csv.string()});
   ASSERT_TRUE(wait_until([&] { return share_of_flesh(display->screenshot()) > 0.1; }))
-      << "no heart is to be seen";
-  // Space holds it; four steps of a fortieth forward, two back. The pauses are long, so that each
-  // is seen on a busy machine too.
+      << "no heart is visible";
+  // Space pauses it; four steps of a fortieth forward, two back. The pauses are long, so that each
+  // state is also drawn on a busy machine.
   ASSERT_TRUE(display->act("key space sleep 3"));
   ASSERT_TRUE(display->act("key --delay 100 Right Right Right Right sleep 3"));
   ASSERT_TRUE(display->act("key --delay 100 Left Left sleep 3"));
-  // The view turned with the right button, and brought back by O. The probe is put aside first.
+  // The view is rotated with the right button, and reset by O. The probe is moved out of the way
+  // first.
   ASSERT_TRUE(display->act("mousemove 250 700 sleep 1"));
   Screenshot before = display->screenshot();
   ASSERT_TRUE(wait_until([&] {
@@ -118,7 +119,7 @@ TEST(Desktop, KeysGoThroughTimeAndBringViewAndProbeBack) {
   ASSERT_TRUE(display->act("mousemove_relative -- -150 60 key o sleep 1"));
   EXPECT_TRUE(wait_until([&] { return apart(before, display->screenshot()) < 0.3 * turned; }))
       << "O did not bring the view back";
-  // The probe taken far in with the wheel, and brought back by R.
+  // The probe is moved far in with the wheel, and reset by R.
   ASSERT_TRUE(display->act("mousemove 560 380 sleep 1"));
   ASSERT_TRUE(display->act("click --repeat 40 --delay 50 4 sleep 1"));
   ASSERT_TRUE(display->act("key r sleep 2"));
@@ -127,15 +128,15 @@ TEST(Desktop, KeysGoThroughTimeAndBringViewAndProbeBack) {
   const Table ticks(csv);
   const std::vector<double> phases = rests(ticks, "frame_and_phase", 1e-4);
   ASSERT_GE(phases.size(), 3u);
-  // A fortieth of 4 frames is a tenth of a frame; the ends may lie on either side of the cycle's.
-  // Before it was held it may have rested too, on a machine that is busy: the last places count.
+  // A fortieth of 4 frames is a tenth of a frame. The steps may cross the end of the cycle. On a
+  // busy machine the volume may have rested before the pause too: so the last places count.
   const auto beyond_last = [&](double wanted) {
     return [&phases, wanted](double phase) {
       return std::abs(std::remainder(phase - phases.back(), 4.0) - wanted) < 2e-3;
     };
   };
   const auto held = std::find_if(phases.begin(), phases.end(), beyond_last(-0.2));
-  ASSERT_NE(held, phases.end()) << "where it was held, two steps before the end";
+  ASSERT_NE(held, phases.end()) << "no rest two steps before the last one";
   EXPECT_NE(std::find_if(held, phases.end(), beyond_last(0.2)), phases.end()) << "four steps on";
   const std::vector<double> depths = rests(ticks, "probe_z_m", 1e-4);
   ASSERT_GE(depths.size(), 2u);
@@ -145,7 +146,7 @@ TEST(Desktop, KeysGoThroughTimeAndBringViewAndProbeBack) {
   EXPECT_GT(std::abs(depths.back() - depths[depths.size() - 2]), 0.01) << "R moved it back";
 }
 
-/// Mean difference of two pictures of a box of the screen, of 255.
+/// Mean difference of two pictures in a box of the screen, of 255.
 double apart_in(const Screenshot& a, const Screenshot& b, int left, int top, int right,
                 int bottom) {
   double sum = 0.0;
@@ -169,7 +170,7 @@ TEST(Desktop, AKeyAndTheMouseLayStreamTubesAndKeysKeepAndClearThem) {
   Program program({"feel", "molecule", "--headset", "none", "--device", "mouse", "--tubes", file});
   ASSERT_TRUE(program.wait_for("Shown     in a window"));
   ASSERT_TRUE(display->act("mousemove 560 380 sleep 3"));
-  // Into the molecule with the wheel.
+  // The wheel moves the probe into the molecule.
   ASSERT_TRUE(display->act("click --repeat 40 --delay 50 4 sleep 1"));
   ASSERT_TRUE(display->act("key t sleep 1 key k sleep 1"));
   ASSERT_TRUE(display->act("mousemove 580 390 sleep 1 mousedown 1 sleep 0.2 mouseup 1 sleep 1"));
@@ -187,18 +188,18 @@ TEST(Desktop, HelpLeavesTheForcePlotFreeInANarrowWindow) {
   const auto display = VirtualDisplay::start(1280, 800, why_not);
   if (!display) GTEST_SKIP() << why_not;
   const files::TemporaryFolder folder;
-  // One frame: nothing moves but the mouse.
+  // One frame: only the mouse moves.
   const std::string still = written(shell_phantom(24, 1).frames[0], folder / "still.mha");
   Program program(
       {"feel", still, "--headset", "none", "--device", "mouse", "--black-box", folder / "."});
   ASSERT_TRUE(wait_until([&] { return program.said().find(" Hz ") != std::string::npos; }));
   ASSERT_TRUE(display->act("search --sync --name palpate windowsize 480 740 sleep 2"));
-  // The lower right corner, where the plot stands, with the help and without it.
+  // The lower right corner, where the plot is, with the help and without it.
   ASSERT_TRUE(display->act("mousemove 200 300 key h sleep 3"));
   const Screenshot without = display->screenshot();
   ASSERT_TRUE(display->act("key h sleep 3"));
   const Screenshot with = display->screenshot();
-  // In it a force of zero is a line that does not change.
+  // The plot of a zero force is a line that does not change.
   EXPECT_LT(apart_in(with, without, 140, 570, 460, 720), 3.0) << "the help covers the plot";
   EXPECT_GT(apart_in(with, without, 20, 330, 270, 550), 8.0) << "the help stands above it";
   ASSERT_TRUE(display->act("key Escape"));
@@ -212,7 +213,7 @@ TEST(Desktop, ViewsAVolumeWithoutHandAndPlot) {
   if (!display) GTEST_SKIP() << why_not;
   Program program({"view", "shell", "--headset", "none"});
   ASSERT_TRUE(wait_until([&] { return share_of_flesh(display->screenshot()) > 0.1; }))
-      << "no volume is to be seen";
+      << "no volume is visible";
   ASSERT_TRUE(display->act("mousemove 560 380 sleep 1"));
   const Screenshot shot = display->screenshot();
   // The plot's plate has white letters; here is only the dark background.

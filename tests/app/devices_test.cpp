@@ -1,6 +1,6 @@
-// The program as a person runs it with a force device, each emulated where its maker's road ends: a
-// service's socket, a library, a serial port. A hand goes to and fro; nothing here asks how long
-// anything took.
+// The program as a user runs it with a force device. Each device is emulated at the end of its
+// maker's interface: a service's socket, a library, a serial port. A hand moves back and forth. No
+// test here measures time: the machine may be busy.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -27,8 +27,8 @@ using files::TemporaryFolder;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/// A hand that goes along the user's line of sight, from the front of the reach to its middle and
-/// back, once in two seconds, as long as the object lives.
+/// A hand that moves along the user's line of sight, from the front of the reach to its middle and
+/// back in two seconds, during the object's life.
 class PressingHand {
  public:
   PressingHand(EmulatedHand& hand, double front_m)
@@ -48,7 +48,7 @@ class PressingHand {
   std::thread thread_;
 };
 
-/// Sets an environment variable while it lives.
+/// Sets an environment variable during the object's life.
 class Environment {
  public:
   Environment(const char* name, const char* value) : name_(name) { setenv(name, value, 1); }
@@ -58,8 +58,7 @@ class Environment {
   const char* name_;
 };
 
-/// Whether a line of the program says that the hand touches and is pushed: "... 1.14 N ...
-/// touching".
+/// Whether a line of the program reports contact and a force: "... 1.14 N ... touching".
 bool says_touched(const std::string& said) {
   std::istringstream lines(said);
   for (std::string line; std::getline(lines, line);) {
@@ -70,8 +69,8 @@ bool says_touched(const std::string& said) {
   return false;
 }
 
-/// Feels the shell until the hand is pushed, at most a minute: the hand of a busy machine is slow,
-/// and a device there must not trip the watchdog.
+/// Feels the shell until there is a force, at most a minute. On a busy machine the hand is slow,
+/// and a late device must not trigger the watchdog.
 Outcome feel_shell(const TemporaryFolder& folder, const std::string& device) {
   Program program({"feel", "shell", "--device", device, "--seconds", "60", "--watchdog", "1000",
                    "--csv", folder / "ticks.csv", "--black-box", folder / "."});
@@ -81,7 +80,7 @@ Outcome feel_shell(const TemporaryFolder& folder, const std::string& device) {
   return program.wait();
 }
 
-/// Where the run's force is the scene's, and ends at zero.
+/// The force during contact is the scene's, and it ends at zero.
 void expect_felt(const TemporaryFolder& folder, const Outcome& outcome) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   const Table ticks(folder / "ticks.csv");

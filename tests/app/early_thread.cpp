@@ -1,5 +1,5 @@
-// Stands for a library that starts a thread when it is loaded (OpenBLAS does): the thread is older
-// than main(), so it blocks no signal.
+// Replaces a library that starts a thread when it is loaded (as OpenBLAS does): the thread starts
+// before main(), so it blocks no signal.
 #include <unistd.h>
 
 #include <thread>

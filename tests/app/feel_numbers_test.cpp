@@ -1,4 +1,4 @@
-// The history of a run: bounded, and without losing a peak or a cause.
+// The history of a run: of bounded size, without losing a peak or a cause.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -39,7 +39,7 @@ TEST(TickHistory, IsBoundedAndLosesNoPeakAndNoCause) {
       history.add(row);
     }
     const auto& rows = history.rows();
-    EXPECT_EQ(rows.data(), memory) << "no memory is asked for later";
+    EXPECT_EQ(rows.data(), memory) << "no memory is allocated later";
     EXPECT_LE(rows.size(), TickHistory::kMostRows);
     EXPECT_GT(rows.size(), TickHistory::kMostRows / 4);
     bool has_peak = false, has_fault = false;
@@ -53,7 +53,7 @@ TEST(TickHistory, IsBoundedAndLosesNoPeakAndNoCause) {
     }
     EXPECT_TRUE(has_peak) << "seed " << seed;
     EXPECT_TRUE(has_fault) << "seed " << seed;
-    EXPECT_LT(longest_gap_s, 2000.0 / 4000.0) << "evenly spread over " << ticks << " ticks";
+    EXPECT_LT(longest_gap_s, 2000.0 / 4000.0) << "not evenly spread over " << ticks << " ticks";
   }
 }
 

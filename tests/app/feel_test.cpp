@@ -1,5 +1,5 @@
-// The program as a person runs it to feel: with a simulated hand, in real time. Nothing here asks
-// how long anything took.
+// `palpate feel` as a user runs it: with a simulated hand, in real time. No test here measures
+// time: the machine may be busy.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 std::vector<std::string> feel(const std::string& what, std::vector<std::string> more) {
-  // A busy machine must not trip the watchdog in a test of something else.
+  // A busy machine must not trigger the watchdog in a test of something else.
   std::vector<std::string> all = {"feel", what, "--device", "simulated", "--watchdog", "1000"};
   all.insert(all.end(), more.begin(), more.end());
   return all;
@@ -47,7 +47,8 @@ TEST(Feel, PressesTheBeatingHeartAndDrawsWhatItFelt) {
     touched |= ticks.text(k, "contact") == "1";
     EXPECT_EQ(ticks.text(k, "held"), "0") << "row " << k;
   }
-  // The hand means to be 14 mm deep and is 135 N/m stiff: 1.9 N at rest, a beating wall under it.
+  // The hand aims 14 mm deep and has a stiffness of 135 N/m: 1.9 N at rest, with a beating wall
+  // below it.
   EXPECT_GT(most, 1.0);
   EXPECT_LT(most, 4.0);
   EXPECT_LT(at_start, 0.3);
@@ -76,12 +77,12 @@ TEST(Feel, PressesTheSegmentsOfARealHeart) {
   double most = 0.0, step = 0.0;
   for (size_t k = 1; k < ticks.size(); ++k) {
     most = std::max(most, ticks.force(k));
-    // Per millisecond: after a late tick there is more to catch up with.
+    // Per millisecond: after a late tick the change is larger.
     const double late_ms = std::max(1.0, 1e3 * ticks.number(k, "dt_s"));
     step = std::max(step, std::abs(ticks.force(k) - ticks.force(k - 1)) / late_ms);
   }
-  // A wall that drops the hand changes the force by 1.6 N in a tick. What is left is the hand,
-  // which comes with up to 0.14 m/s on a spring of 600 N/m.
+  // A wall that releases the hand changes the force by 1.6 N in a tick. The remaining change is the
+  // hand's, which moves with up to 0.14 m/s on a spring of 600 N/m.
   EXPECT_GT(most, 0.5);
   EXPECT_LT(step, 0.1);
 }
@@ -133,8 +134,8 @@ TEST(Feel, DerivesAWallWhereTheValuesHaveNone) {
   const Outcome plain = run({"plan", kCine / "frame_00.mha", "--wall", "values"});
   ASSERT_EQ(plain.exit_code, 0) << plain.err;
   EXPECT_THAT(plain.out, AllOf(HasSubstr("felt by    surface"), HasSubstr("(--wall region)")));
-  // Two frames without motion: the wall stands still until that is known, or is that of the values
-  // where nobody looks for it.
+  // Two frames without motion: the wall stands still until the motion is estimated; without
+  // estimation it is the wall of the values.
   const Outcome waits = run({"plan", kCine / "frame_00.mha", kCine / "frame_01.mha"});
   EXPECT_THAT(waits.out,
               AllOf(HasSubstr("felt by    wall"),
@@ -189,7 +190,7 @@ TEST(Feel, ReportsTheServosPeriodsAloneBesideThoseOfTheRun) {
   ASSERT_NE(then, std::string::npos) << result.out;
   EXPECT_EQ(std::sscanf(result.out.c_str() + result.out.find("us in ", then), "us in %d", &joined),
             1);
-  // Ten times as long alone: far more ticks, however busy the machine is.
+  // Alone for ten times as long: far more ticks, also on a busy machine.
   EXPECT_GT(alone, joined);
   EXPECT_GT(joined, 0);
 }
@@ -210,8 +211,8 @@ TEST(Feel, RecordsARunAndReplaysItBitByBit) {
 
 TEST(Feel, LaysStreamTubesByTheDevicesButtonAndAgainWhenReplayed) {
   const TemporaryFolder folder;
-  // A press, one that is held for longer than a second, which clears, and two soon after each
-  // other, of which the second keeps what the first laid.
+  // A short press; one that is longer than a second, which clears; and two in quick succession, of
+  // which the second keeps the tube of the first.
   std::ofstream(folder / "path.csv") << "0,0.01,0.02,0.015,0\n1,0.01,0.02,0.015,1\n"
                                         "1.1,-0.01,0.01,0.01,0\n1.6,-0.01,0.01,0.01,1\n"
                                         "2.9,0.012,-0.02,0.01,0\n3.2,0.012,-0.02,0.01,1\n"
@@ -236,7 +237,7 @@ TEST(Feel, LaysStreamTubesByTheDevicesButtonAndAgainWhenReplayed) {
   EXPECT_EQ(bytes(folder / "replayed.vtk"), text);
   EXPECT_THAT(text, HasSubstr("SPACE=LPS"));
   EXPECT_THAT(text, HasSubstr("LINES 1 "));
-  // With a dead-man the buttons hold the force, and lay nothing.
+  // With a dead-man switch the buttons enable the force, and lay no tubes.
   more = how;
   more.insert(more.end(), {"--dead-man", "--tubes", folder / "none.vtk"});
   const Outcome dead_man = run(feel("molecule", more));
@@ -271,7 +272,8 @@ TEST(Feel, EstimatesTheMotionOfASequenceWhileTheStillFrameIsFelt) {
                                 HasSubstr("4 steps known")));
   const Table ticks(folder / "ticks.csv");
   ASSERT_GT(ticks.size(), 100u);
-  // Still until the motion is known, but for the 20 ms in which it comes to rest; then it plays.
+  // Still until the motion is estimated, but for the 20 ms in which it comes to rest; then it
+  // plays.
   EXPECT_LT(ticks.number(50, "frame_and_phase"), 0.1);
   double farthest = 0.0;
   for (size_t k = 0; k < ticks.size(); ++k)
@@ -325,7 +327,7 @@ TEST(Feel, KeepsTheTicksAroundAFaultWithTheProgramsStateAndSaysWhere) {
       {"feel", "molecule", "--device", "simulated", "--seconds", "600", "--watchdog", "1000"});
   ::unsetenv("XDG_STATE_HOME");
   ASSERT_TRUE(program.wait_for(" Hz "));
-  // Asleep for longer than the watchdog waits.
+  // Stopped for longer than the watchdog waits.
   program.signal(SIGSTOP);
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));
   program.signal(SIGCONT);
@@ -395,8 +397,8 @@ TEST(Feel, GuidesTheHandAlongAFlowAndDrawsItsTubes) {
       across = std::max(across,
                         std::hypot(table.number(row, "force_x_n"), table.number(row, "force_z_n")));
     }
-    EXPECT_GT(across, 0.2) << what << ": leaving a line of the flow takes force";
-    EXPECT_LT(along, 0.01 * across) << what << ": going along it takes none";
+    EXPECT_GT(across, 0.2) << what << ": leaving a line of the flow needs a force";
+    EXPECT_LT(along, 0.01 * across) << what << ": moving along it needs none";
   }
 }
 

@@ -1,5 +1,5 @@
-// Bare hands in the program as a person runs it: a pinching fingertip feels, seen by its colour and
-// heard; taps and triggers lay stream tubes.
+// Bare hands in the program as a user runs it: a pinching fingertip feels, with its colour and the
+// tone as the evidence; taps and triggers lay stream tubes.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -18,7 +18,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// Where the scene's middle stands: 0.45 m before the eyes at (0, 1.6, 0) and 0.15 m below them.
+/// The scene's middle: 0.45 m in front of the eyes at (0, 1.6, 0) and 0.15 m below them.
 constexpr glm::dvec3 kMiddle_m{0.0, 1.45, -0.45};
 constexpr double kOpen_m = 0.05, kTouching_m = 0.0;
 
@@ -58,7 +58,7 @@ class FingersInAHeadset : public InAHeadset {
     return outcome;
   }
   std::string sound() { return folder / "heard.raw"; }
-  /// Samples of 16 bits that are not silent.
+  /// The number of 16-bit samples that are not silent.
   size_t heard() {
     std::ifstream stream(sound(), std::ios::binary);
     const std::string bytes((std::istreambuf_iterator<char>(stream)), {});
@@ -70,7 +70,8 @@ class FingersInAHeadset : public InAHeadset {
     }
     return loud;
   }
-  /// Pixels of the left eye's picture that are blue, as nothing of the shell and its background is.
+  /// The number of blue pixels in the left eye's picture; neither the shell nor its background is
+  /// blue.
   int blue() {
     headset->ask();
     const MadeHeadset::Shown shown = headset->shown();
@@ -90,22 +91,23 @@ class FingersInAHeadset : public InAHeadset {
 
 TEST_F(FingersInAHeadset, APinchingFingertipTouchesIsSeenAndHeardAndIsGoneWhenItOpens) {
   start(still_heart(folder));
-  // Before the heart, open: nobody's hand. Then it pinches there, and goes in.
+  // First open, in front of the heart: no hand feels. Then it pinches there, and moves in.
   const glm::dvec3 before = kMiddle_m + glm::dvec3(0.0, 0.0, 0.07);
   headset->say(fingers(before, kOpen_m));
   frames_pass();
   EXPECT_THAT(program->said(), Not(HasSubstr("  free")));
   headset->say(fingers(before, kTouching_m));
   ASSERT_TRUE(says(*program, "  free")) << program->said();
-  headset->say("head 0 1.45 -0.15");  // closer, now that the scene stands
+  // Closer, after the scene was placed.
+  headset->say("head 0 1.45 -0.15");
   frames_pass(20);
   EXPECT_EQ(blue(), 0);
   EXPECT_EQ(heard(), 0u);
   headset->say(fingers(before, kTouching_m, {0.0, 0.0, -0.05}, 2.0));
   ASSERT_TRUE(says(*program, "touching")) << program->said();
-  EXPECT_TRUE(wait_until([&] { return blue() > 0; })) << "the fingertip shows that it touches";
+  EXPECT_TRUE(wait_until([&] { return blue() > 0; })) << "the fingertip has no colour of contact";
   EXPECT_TRUE(wait_until([&] { return heard() > 100; })) << program->said();
-  EXPECT_EQ(headset->ask()["haptics"], "0") << "there is nothing that could vibrate";
+  EXPECT_EQ(headset->ask()["haptics"], "0") << "a bare hand can not vibrate";
   const size_t so_far = program->said().size();
   headset->say(fingers(before + glm::dvec3(0.0, 0.0, -0.05), kOpen_m));
   ASSERT_TRUE(says(*program, "device", so_far)) << program->said();
@@ -129,15 +131,16 @@ TEST_F(FingersInAHeadset, AHandThatIsLostEndsTheForceByTheRampAndComesBackElsewh
   ASSERT_TRUE(says(*program, "  free")) << program->said();
   headset->say(fingers(before, kTouching_m, {0.0, 0.0, -0.05}, 2.0));
   ASSERT_TRUE(says(*program, "touching")) << program->said();
-  frames_pass(60);  // the force is let in over two seconds
+  // The start ramp takes two seconds.
+  frames_pass(60);
   size_t so_far = program->said().size();
   headset->say("no-fingers 1");
   ASSERT_TRUE(says(*program, "device", so_far)) << program->said();
-  // On the other side of the heart: not drawn through it.
+  // Pinching again on the other side of the heart: the probe must not be moved through the heart.
   so_far = program->said().size();
   headset->say(fingers(kMiddle_m - glm::dvec3(0.0, 0.0, 0.07), kTouching_m));
   ASSERT_TRUE(says(*program, "  free", so_far)) << program->said();
-  // A controller comes: it is the hand now.
+  // A controller appears: now it is the hand that feels.
   so_far = program->said().size();
   headset->say("hand 1 " + text_of(kMiddle_m + glm::dvec3(0.12, 0.0, 0.0)));
   frames_pass(30);
@@ -157,8 +160,8 @@ TEST_F(FingersInAHeadset, AHandThatIsLostEndsTheForceByTheRampAndComesBackElsewh
     held |= ticks.force(row) > 0.0 && ticks.force(row) < ticks.force(row - 1);
   }
   EXPECT_GT(most_n, 0.3);
-  EXPECT_TRUE(held) << "the force goes down step by step";
-  EXPECT_TRUE(was_right) << "the controller was felt with";
+  EXPECT_TRUE(held) << "the force does not fall by a ramp";
+  EXPECT_TRUE(was_right) << "the controller did not feel";
 }
 
 TEST_F(FingersInAHeadset, ATapLaysAStreamTubeWhereItTapped) {
@@ -167,7 +170,8 @@ TEST_F(FingersInAHeadset, ATapLaysAStreamTubeWhereItTapped) {
   const glm::dvec3 place = kMiddle_m + glm::dvec3(0.012, 0.02, 0.015);
   headset->say(fingers(place, kOpen_m));
   frames_pass();
-  // A tap: shorter than 0.3 s, whatever this machine is busy with. Frames of the runtime say when.
+  // A tap is shorter than 0.3 s, measured in frames of the runtime, so a busy machine does not
+  // matter.
   for (int tries = 0; tries < 20; ++tries) {
     headset->say(fingers(place, kTouching_m));
     headset->ask();
@@ -187,7 +191,7 @@ TEST_F(FingersInAHeadset, TwoTapsKeepTheStreamTubes) {
   const glm::dvec3 place = kMiddle_m + glm::dvec3(0.012, 0.02, 0.015);
   headset->say(fingers(place, kOpen_m));
   frames_pass();
-  // As often as it takes to be quick enough on a busy machine.
+  // Repeated until it was fast enough, for a busy machine.
   for (int tries = 0; tries < 8; ++tries) {
     for (const double gap_m : {kTouching_m, kOpen_m, kTouching_m, kOpen_m}) {
       headset->say(fingers(place, gap_m));
@@ -234,7 +238,7 @@ TEST_F(FingersInAHeadset, AControllersTriggerLaysAStreamTube) {
   made.say("view 32 24");
   made.say("hand 1 " + text_of(kMiddle_m + glm::dvec3(0.012, 0.02, 0.015)));
   Program felt(feel("molecule", {"--tubes", file}));
-  // The path that the molecule guides along is felt everywhere in it.
+  // The molecule's guiding mode is felt everywhere in it.
   ASSERT_TRUE(says(felt, "starting")) << felt.said();
   const auto frames = [&] { return std::stoul("0" + made.ask()["frames"]); };
   const auto pass = [&](size_t count) {
@@ -242,8 +246,8 @@ TEST_F(FingersInAHeadset, AControllersTriggerLaysAStreamTube) {
     ASSERT_TRUE(wait_until([&] { return frames() > before + count; })) << felt.said();
   };
   pass(20);
-  // Simple controllers have it on the right one's menu. Pressed shortly, as a hold clears, and
-  // again later than half a second, as sooner would keep.
+  // Simple controllers have the command on the right one's menu button. A short press, because a
+  // long one clears; the next one after more than half a second, because an earlier one keeps.
   for (int press = 0; press < 2; ++press) {
     for (const char* value : {"1", "0"}) {
       made.say(std::string("input /user/hand/right/input/menu/click ") + value);

@@ -1,5 +1,6 @@
-// What hands with controllers do with the scene, in the program as a person runs it: seen in the
-// pictures that reach the runtime and in what is felt. Nothing here asks how long anything took.
+// What hands with controllers do to the scene, in the program as a user runs it. Evidence: the
+// pictures that reach the runtime, and the force. No test here measures time: the machine may be
+// busy.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -19,21 +20,23 @@ using ::testing::HasSubstr;
 
 constexpr const char* kTouch = "/interaction_profiles/oculus/touch_controller";
 const std::string kLeft = "/user/hand/left/input/", kRight = "/user/hand/right/input/";
-/// Where the eyes are first, and where the scene's middle stands then: 0.45 m before them and
-/// 0.15 m below them.
+/// The eyes' first place, and the scene's middle at that time: 0.45 m in front of them and 0.15 m
+/// below them.
 constexpr glm::dvec3 kFirstEyes_m{0.0, 1.6, 0.0}, kScenesMiddle_m{0.0, 1.45, -0.45};
-/// Where the eyes are once it stands.
+/// The eyes' place after the scene was placed.
 constexpr glm::dvec3 kEyes_m{0.0, 1.45, -0.25};
 /// Angles of the runtime's eyes: of the left eye to the left and to the right, and up.
 constexpr double kOut = 0.9, kIn = 0.7, kUp = 0.8, kHalfApart_m = 0.0315;
 
-/// The left eye's picture where it is redder than the blue-grey background: flesh, with the places
-/// in the room that depth and angles give.
+/// The parts of the left eye's picture that are redder than the blue-grey background ("flesh"), and
+/// their places in the room from depth and angles.
 struct Flesh {
-  double left = 0.0, right = 0.0;  ///< of the room's plane x = 0: share of the picture
-  glm::dvec3 middle_m{0.0};        ///< mean
+  /// Left and right of the room's plane x = 0: share of the picture.
+  double left = 0.0, right = 0.0;
+  glm::dvec3 middle_m{0.0};  ///< mean
   double leftmost_m = 1e9, rightmost_m = -1e9;
-  double pixel_m = 0.0;  ///< the width of a pixel there
+  /// The width of a pixel at this distance.
+  double pixel_m = 0.0;
   double all() const { return left + right; }
   double width_m() const { return rightmost_m - leftmost_m; }
 };
@@ -67,13 +70,13 @@ Flesh flesh_of(const MadeHeadset::Shown& shown) {
   return flesh;
 }
 
-/// The program in a headset whose controllers have all the buttons.
+/// The program in a headset whose controllers have all buttons.
 class HandsInAHeadset : public InAHeadset {
  protected:
-  /// view: of an eye; rate_hz: the slower the display, the finer the picture may be.
+  /// view: size of the picture of an eye; rate_hz: a slower display allows a finer picture.
   void start(const std::string& scene, std::vector<std::string> more, const char* view = "128 96",
              double rate_hz = 30.0) {
-    // Now, not before: every program that is run between would read it.
+    // Here and not earlier: every program that is started would read it.
     headset.emplace();
     headset->say(std::string("profile ") + kTouch);
     headset->say("pictures on");
@@ -84,11 +87,11 @@ class HandsInAHeadset : public InAHeadset {
     ASSERT_TRUE(wait_until([&] { return program->ended() || flesh().all() > 0.001; }))
         << program->said();
     ASSERT_FALSE(program->ended()) << program->wait().err;
-    // Closer, now that the scene stands.
+    // Closer, after the scene was placed.
     headset->say("head " + text_of(kEyes_m));
     frames_pass();
   }
-  /// The simulated hand at rest where the still heart is not.
+  /// The simulated hand at rest, away from the still heart.
   std::vector<std::string> at_rest(glm::dvec3 place_m) {
     return {"--device", "simulated", "--hand",
             "firm",     "--path",    path_file(folder, {{0.0, place_m}, {600.0, place_m}})};
@@ -98,7 +101,7 @@ class HandsInAHeadset : public InAHeadset {
     headset->ask();
     return flesh_of(headset->shown());
   }
-  /// What was said before has happened, and was drawn.
+  /// Waits until earlier commands have taken effect and were drawn.
   void frames_pass(size_t count = 3) {
     const auto frames = [&] { return std::stoul("0" + headset->ask()["frames"]); };
     const size_t before = frames();
@@ -143,7 +146,7 @@ TEST_F(HandsInAHeadset, TwoHandsThatGoApartEnlargeWhatIsSeenAndWhatIsFelt) {
   press(kLeft + "squeeze/value", 1.0);
   press(kRight + "squeeze/value", 1.0);
   EXPECT_FALSE(program->said().find("touching") != std::string::npos) << program->said();
-  // By as much as brings the surface 8 mm past the hand that feels.
+  // The factor that brings the surface 8 mm past the hand that feels.
   const double factor = (glm::length(way.start_m) + 0.008) / glm::length(way.surface_m);
   const glm::dvec3 apart((factor - 1.0) * 0.06, 0.0, 0.0);
   glide(0, -apart);
@@ -151,11 +154,11 @@ TEST_F(HandsInAHeadset, TwoHandsThatGoApartEnlargeWhatIsSeenAndWhatIsFelt) {
   ASSERT_TRUE(says(*program, "touching")) << program->said();
   frames_pass(12);
   const Flesh after = flesh();
-  // Each end of what is seen is off by a pixel at most.
+  // Each edge in the picture is right to one pixel.
   EXPECT_NEAR(after.width_m(), factor * before.width_m(),
               2.0 * (after.pixel_m + factor * before.pixel_m));
   EXPECT_GT(after.width_m(), before.width_m() + 0.01);
-  // About the middle between the hands: what was seen aside of it is now as much further aside.
+  // Scaled about the middle between the hands: distances from it are multiplied by the factor.
   const glm::dvec3 wanted = kScenesMiddle_m + factor * (before.middle_m - kScenesMiddle_m);
   EXPECT_NEAR(after.middle_m.x, wanted.x, 1.5 * after.pixel_m);
   EXPECT_NEAR(after.middle_m.y, wanted.y, 1.5 * after.pixel_m);
@@ -165,17 +168,17 @@ TEST_F(HandsInAHeadset, TwoHandsThatGoApartEnlargeWhatIsSeenAndWhatIsFelt) {
   const Table ticks(folder / "ticks.csv");
   double most_n = 0.0;
   for (size_t row = 0; row < ticks.size(); ++row) most_n = std::max(most_n, ticks.force(row));
-  EXPECT_GT(most_n, 0.5) << "the wall came 8 mm past the hand's place";
+  EXPECT_GT(most_n, 0.5) << "the wall was moved 8 mm past the hand";
   expect_no_jump(ticks);
 }
 
 TEST_F(HandsInAHeadset, APalmCutsTheVolumeAndTheCutStaysInItUntilItIsTappedAway) {
   const std::string scene = still_heart(folder);
   constexpr int kWidth = 96;
-  start(scene, at_rest({-0.07, 0.05, 0.0}),  // the pen not before what is looked at
-        "96 72", 15.0);
-  // Shares of the picture are compared, so all are taken where nothing is left out for time: a
-  // busy machine draws half of the pixels, which are few of the heart.
+  // The hand must not be in front of the part that is measured.
+  start(scene, at_rest({-0.07, 0.05, 0.0}), "96 72", 15.0);
+  // Shares of the picture are compared, so each picture must be drawn in full. On a busy machine
+  // the program draws half of the pixels, which are few of the heart.
   const auto in_full = [&] {
     Flesh found;
     EXPECT_TRUE(wait_until([&] {
@@ -186,7 +189,7 @@ TEST_F(HandsInAHeadset, APalmCutsTheVolumeAndTheCutStaysInItUntilItIsTappedAway)
   };
   const Flesh whole = in_full();
   EXPECT_GT(whole.right, whole.left / 2);
-  // The right palm looks to the left, and its side is kept.
+  // The right palm points to the left; its side is kept.
   hand(1, kScenesMiddle_m);
   press(kRight + "thumbstick/click", 1.0);
   frames_pass(8);
@@ -196,14 +199,14 @@ TEST_F(HandsInAHeadset, APalmCutsTheVolumeAndTheCutStaysInItUntilItIsTappedAway)
   press(kRight + "thumbstick/click", 0.0);
   hand(1, kScenesMiddle_m + glm::dvec3(0.3, 0.0, 0.0));
   const Flesh left = in_full();
-  EXPECT_LT(left.right, left.left / 10) << "the cut went with the hand";
-  // It lies in the volume: whoever moves that moves the cut.
+  EXPECT_LT(left.right, left.left / 10) << "the cut is where the hand is";
+  // The cut is fixed to the volume: moving the volume moves the cut.
   constexpr double kQuick_s = 0.15;
   hand(0, kScenesMiddle_m);
   press(kLeft + "squeeze/value", 1.0);
   glide(0, {0.08, 0.0, 0.0}, kQuick_s);
-  // On the way, too, and that at the speed of a hand in a hurry: a cut that went before the volume,
-  // or behind it, would show less or more.
+  // Also during a fast motion: a cut that is ahead of the volume, or behind it, would show less or
+  // more.
   const auto as_wide_until = [&](const std::function<bool(const Flesh&)>& there) {
     double most_pixels = 0.0;
     EXPECT_TRUE(wait_until([&] {
@@ -212,10 +215,11 @@ TEST_F(HandsInAHeadset, APalmCutsTheVolumeAndTheCutStaysInItUntilItIsTappedAway)
                                               (left.pixel_m + now.pixel_m));
       return there(now);
     }));
-    EXPECT_LT(most_pixels, 2.0) << "wider or narrower by so many";
+    EXPECT_LT(most_pixels, 2.0) << "wider or narrower by this number of pixels";
   };
   as_wide_until([&](const Flesh& now) { return now.middle_m.x > left.middle_m.x + 0.07; });
-  frames_pass(8);  // the rest of the way
+  // The rest of the way.
+  frames_pass(8);
   const Flesh moved = flesh();
   EXPECT_NEAR(moved.leftmost_m, left.leftmost_m + 0.08, left.pixel_m + moved.pixel_m);
   EXPECT_NEAR(moved.rightmost_m, left.rightmost_m + 0.08, left.pixel_m + moved.pixel_m);
@@ -223,7 +227,7 @@ TEST_F(HandsInAHeadset, APalmCutsTheVolumeAndTheCutStaysInItUntilItIsTappedAway)
   as_wide_until([&](const Flesh& now) { return now.middle_m.x < left.middle_m.x + 0.01; });
   frames_pass(8);
   press(kLeft + "squeeze/value", 0.0);
-  // Where a cut that stayed would be seen.
+  // A place where a cut that is still there would be visible.
   hand(1, kScenesMiddle_m);
   tap(kRight + "thumbstick/click");
   EXPECT_TRUE(wait_until([&] {
@@ -245,22 +249,25 @@ TEST_F(HandsInAHeadset, AHandPausesScrubsBackAndForthAndPlaysTheHeart) {
   hand(1, {0.3, 1.3, -0.3});
   tap(kRight + "a/click");
   frames_pass(8);
-  // Back, forth and back: so that each is told from the beat before and after by its way.
+  // Back, forth and back, so that each step differs from the motion of the beat before and after
+  // it.
   for (const double way : {-1.0, 1.0, -1.0}) {
     press(kRight + "thumbstick/x", way);
     frames_pass(10);
     press(kRight + "thumbstick/x", 0.0);
     frames_pass();
   }
-  press(kRight + "thumbstick/x", 0.1);  // a stick that does not come back to its middle
+  // A stick that does not return to its middle.
+  press(kRight + "thumbstick/x", 0.1);
   frames_pass(8);
   tap(kRight + "a/click");
   frames_pass(20);
   end();
   const Table ticks(folder / "ticks.csv");
-  // Stretches of which way the phase went, from change to change, modulo the beat.
+  // Intervals in which the phase went in one direction, modulo the beat.
   constexpr double kFrames = 4.0;
-  constexpr double kFramesPerSecond = 2.0;  // at half of its speed, as its scene has it
+  // Half speed, as in the scene.
+  constexpr double kFramesPerSecond = 2.0;
   struct Stretch {
     char way;
     double from_s, to_s, moved;
@@ -283,7 +290,7 @@ TEST_F(HandsInAHeadset, AHandPausesScrubsBackAndForthAndPlaysTheHeart) {
   ASSERT_EQ(stretches.size(), 5u) << said;
   for (const size_t scrubbed : {size_t(1), size_t(2), size_t(3)}) {
     const Stretch& one = stretches[scrubbed];
-    // A quarter of the beat a second, from the first step to the last; frames that come late count
+    // A quarter of the beat per second, from the first step to the last. Frames that are late count
     // as 0.1 s at most, so a slow machine takes longer.
     const double most = 0.25 * kFrames * (one.to_s - one.from_s + 0.1);
     EXPECT_GT(std::abs(one.moved), 0.05 * kFrames) << said;
@@ -328,7 +335,7 @@ TEST_F(HandsInAHeadset, AButtonBringsTheVolumeBackBeforeThePerson) {
   frames_pass(12);
   press(kRight + "squeeze/value", 0.0);
   tap(kRight + "b/click");
-  // As it stood before the head that the test began with; surfaces are seen to a pixel.
+  // The same place relative to the head as at the start of the test, to one pixel.
   const glm::dvec3 wanted = before.middle_m + kEyes_m - kFirstEyes_m;
   EXPECT_TRUE(wait_until([&] {
     const Flesh now = flesh();
@@ -360,7 +367,7 @@ TEST_F(HandsInAHeadset, ARecentringOfTheRuntimeLeavesThePictureOnTheDevice) {
     }));
     return headset->shown().depth_m;
   };
-  // RMS of how far surfaces are from where they were, along the eyes' axes; edges apart.
+  // RMS distance of surfaces from their earlier place, along the eyes' axes, without edges.
   const auto apart_m = [](const std::vector<float>& a, const std::vector<float>& b) {
     double sum = 0.0;
     int count = 0;
@@ -377,7 +384,7 @@ TEST_F(HandsInAHeadset, ARecentringOfTheRuntimeLeavesThePictureOnTheDevice) {
   depths();
   frames_pass();
   const std::vector<float> before = depths();
-  // What a head 0.01 mm aside sees is how far 0.01 mm is.
+  // The limit: the change that a head motion of 0.01 mm makes.
   double limit_m = 1.0;
   for (const glm::dvec3 aside :
        {glm::dvec3(1e-5, 0, 0), glm::dvec3(0, 1e-5, 0), glm::dvec3(0, 0, 1e-5)}) {

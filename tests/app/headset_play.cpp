@@ -17,7 +17,7 @@ std::string still_heart(const TemporaryFolder& folder) {
 }
 
 std::vector<std::string> feel(const std::string& what, const std::vector<std::string>& more) {
-  // A busy machine must not trip the watchdog in a test of something else.
+  // A busy machine must not trigger the watchdog in a test of something else.
   std::vector<std::string> all = {"feel", what,          "--watchdog",
                                   "1000", "--black-box", std::filesystem::temp_directory_path()};
   all.insert(all.end(), more.begin(), more.end());
@@ -47,7 +47,7 @@ static Way found_way(const std::string& scene, const TemporaryFolder& folder) {
     way.surface_m = place(ticks, row, "probe");
     return way;
   }
-  ADD_FAILURE() << "the hand met nothing";
+  ADD_FAILURE() << "the hand met no surface";
   return way;
 }
 

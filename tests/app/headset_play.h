@@ -13,33 +13,33 @@
 
 namespace palpate::app {
 
-/// `palpate feel` in a headset of the tests' own: what its tests share.
+/// Functions that the tests of `palpate feel` in a simulated headset share.
 
 inline constexpr const char* kSelect = "input /user/hand/right/input/select/click ";
 inline constexpr const char* kMenu = "input /user/hand/left/input/menu/click ";
 
-/// The beating shell of `palpate feel shell`, held still: a scene file.
+/// A scene file: the beating shell of `palpate feel shell`, standing still.
 std::string still_heart(const files::TemporaryFolder& folder);
 /// The command line of `palpate feel`.
 std::vector<std::string> feel(const std::string& what, const std::vector<std::string>& more);
-/// Waits until it does; false if it ends before.
+/// Waits until the program has printed `text` after `from`. False if it ends before.
 bool says(Program& program, const std::string& text, size_t from = 0);
 
-/// Where the simulated hand waits before a scene, and where it meets it.
+/// The place where the simulated hand waits in front of a scene, and where it meets the surface.
 struct Way {
   glm::dvec3 start_m{0.0}, surface_m{0.0};
   glm::dvec3 in() const { return glm::normalize(surface_m - start_m); }
 };
-/// Of the still heart; found once.
+/// The way to the still heart's surface; found once.
 Way way_to_surface(const std::string& scene, const files::TemporaryFolder& folder);
-/// A path of the simulated hand through these points at these seconds.
+/// A file with a path of the simulated hand through these points at these times, s.
 std::string path_file(const files::TemporaryFolder& folder,
                       const std::vector<std::pair<double, glm::dvec3>>& points);
-/// A hand that presses for two seconds and is free for two, again and again.
+/// A hand that presses for two seconds and is free for two, repeatedly.
 std::vector<std::pair<double, glm::dvec3>> presses(const Way& way);
 std::string text_of(glm::dvec3 x);
-/// No step of the force larger than the guards' slew allows in the time between two ticks (at most
-/// 2 ms count), and the CSV's last digits.
+/// Checks that no step of the force is larger than the guards' slew allows in the time between two
+/// ticks (at most 2 ms count), plus the rounding of the CSV.
 void expect_no_jump(const Table& ticks);
 
 class InAHeadset : public ::testing::Test {

@@ -1,5 +1,5 @@
-// The program in a headset, as a person runs it: unmodified, on the runtime of our own, whose
-// person the test plays. Nothing here asks how long anything took.
+// The unmodified program in a headset, as a user runs it, on the tests' OpenXR runtime; the test
+// acts as the user. No test here measures time: the machine may be busy.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -36,29 +36,29 @@ TEST_F(InAHeadset, AGrabbedVolumeDragsTheFeltOne) {
   unsetenv("VK_INSTANCE_LAYERS");
   unsetenv("VK_LAYER_ENABLES");
   ASSERT_TRUE(says(program, "  free")) << program.said();
-  // A hand that holds nothing moves nothing. The world stands in the room as the person does: its
-  // axes are the room's.
+  // A hand that does not grip moves nothing. The world is aligned with the user, so its axes are
+  // the room's.
   const glm::dvec3 towards_hand = -(gap_m + 0.008) * way.in();
   headset.say("glide 1 " + text_of(towards_hand) + " 0.5");
   auto frames = [&] { return std::stoul("0" + headset.ask()["frames"]); };
   const size_t before = frames();
   ASSERT_TRUE(wait_until([&] { return frames() > before + 60; }));
   EXPECT_THAT(program.said(), Not(HasSubstr("touching")));
-  // Now it holds the volume, and brings it to the hand that feels.
+  // Now it grips the volume, and moves it to the hand that feels.
   headset.say(kSelect + std::string("1"));
   const size_t held = frames();
   ASSERT_TRUE(wait_until([&] { return frames() > held + 5; }));
   headset.say("glide 1 " + text_of(towards_hand) + " 1");
   ASSERT_TRUE(says(program, "touching")) << program.said();
   headset.say(kSelect + std::string("0"));
-  // On a busy machine a frame may be without a picture.
+  // On a busy machine a frame may have no picture.
   EXPECT_TRUE(wait_until([&] { return headset.ask()["depth"] == "1"; }));
   headset.say("exit");
   const Outcome outcome = program.wait();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("Shown     in the headset: made headset"));
   EXPECT_THAT(outcome.out, HasSubstr("The session in the headset was ended."));
-  // Nobody said where the device stands: that is told once, with what to do about it.
+  // The device's place is not known: this is reported once, with what to do about it.
   const size_t guess = outcome.out.find("is a guess");
   ASSERT_NE(guess, std::string::npos) << outcome.out;
   EXPECT_THAT(outcome.out.substr(guess), HasSubstr("palpate calibrate -o room.json"));
@@ -69,7 +69,7 @@ TEST_F(InAHeadset, AGrabbedVolumeDragsTheFeltOne) {
   const Table ticks(folder / "ticks.csv");
   double most_n = 0.0;
   for (size_t row = 0; row < ticks.size(); ++row) most_n = std::max(most_n, ticks.force(row));
-  EXPECT_GT(most_n, 0.5) << "the wall came 8 mm past the hand's place";
+  EXPECT_GT(most_n, 0.5) << "the wall was moved 8 mm past the hand";
   expect_no_jump(ticks);
 }
 
@@ -93,7 +93,8 @@ TEST_F(InAHeadset, TheForceRampsDownWhenThePictureIsLostAndComesBackWithIt) {
   EXPECT_THAT(headset.left(), HasSubstr("violations 0"));
   const Table ticks(folder / "ticks.csv");
   expect_no_jump(ticks);
-  // Unseen first while the session begins, then once more: there the force goes to zero and stays.
+  // Not visible while the session begins, and then a second time: then the force goes to zero and
+  // stays there.
   size_t last_unseen = 0;
   double at_rest_n = -1.0, after_n = 0.0;
   for (size_t row = 0; row < ticks.size(); ++row)
@@ -131,13 +132,13 @@ TEST_F(InAHeadset, AControllerFeelsWithVibrationAndPausesTheHeart) {
   MadeHeadset headset;
   headset.say("view 320 240");
   headset.say("pictures on");
-  // The scene stands 0.45 m before the eyes and 0.15 m below them.
+  // The scene is 0.45 m in front of the eyes and 0.15 m below them.
   headset.say("hand 1 0.12 1.45 -0.45");
-  // Nothing is said of headset or device: both are chosen for what is there.
+  // Neither headset nor device is named: the program chooses both from what it finds.
   Program program(feel("shell", {"--csv", folder / "ticks.csv"}));
   ASSERT_TRUE(says(program, "  free")) << program.said();
   headset.say(kMenu + std::string("1"));
-  EXPECT_EQ(headset.ask()["haptics"], "0") << "nothing is touched yet";
+  EXPECT_EQ(headset.ask()["haptics"], "0") << "no contact yet";
   headset.say("glide 1 -0.10 0 0 2");
   ASSERT_TRUE(says(program, "touching")) << program.said();
   ASSERT_TRUE(wait_until([&] { return headset.ask()["haptics"] != "0"; }));
@@ -148,13 +149,13 @@ TEST_F(InAHeadset, AControllerFeelsWithVibrationAndPausesTheHeart) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("Shown     in the headset: made headset"));
   EXPECT_THAT(outcome.out, HasSubstr("controller, as no force device is there"));
-  EXPECT_THAT(outcome.out, Not(HasSubstr("is a guess"))) << "it feels where it is seen";
+  EXPECT_THAT(outcome.out, Not(HasSubstr("is a guess"))) << "the controller feels at its own place";
   EXPECT_THAT(headset.left(), HasSubstr("violations 0"));
   const Table ticks(folder / "ticks.csv");
   ASSERT_GT(ticks.size(), 100u);
   for (size_t row = ticks.size() - 50; row < ticks.size(); ++row)
     EXPECT_EQ(ticks.text(row, "frame_and_phase"), ticks.text(ticks.size() - 1, "frame_and_phase"));
-  // Both eyes see flesh: redder than the blue-grey background.
+  // Both eyes see red parts of the shell: redder than the blue-grey background.
   ASSERT_GT(shown.width, 0);
   for (const int eye : {0, 1}) {
     int red = 0;
@@ -178,7 +179,7 @@ TEST_F(InAHeadset, OneTouchedPointChecksTheCalibrationAlsoAfterARestartOfTheRunt
   stored.calibration.used = stored.calibration.all = 12;
   stored.device = stored.headset = stored.runtime = "made";
   ASSERT_TRUE(files::write_calibration(folder / "room.json", stored));
-  // The heart's world is the device's: there the tip is seen and touched.
+  // The world of the heart is the device's: the tip is visible and felt there.
   const glm::dvec3 tip = stored.calibration.stage_from_device(way.start_m);
   const auto touch = [&](MadeHeadset& headset, double off_m) {
     headset.say("hand 1 " + text_of(tip + glm::dvec3(off_m, 0.0, 0.05)));
@@ -232,7 +233,7 @@ TEST_F(InAHeadset, ForceActsOnlyWhileAControllersDeadManIsHeld) {
     if (ticks.text(row, "cause") == "dead-man") last = row;
     most_n = std::max(most_n, ticks.force(row));
   }
-  EXPECT_GT(most_n, 0.5) << "while it was held";
+  EXPECT_GT(most_n, 0.5) << "no force while the volume was gripped";
   EXPECT_EQ(ticks.force(last), 0.0);
 }
 
@@ -245,7 +246,7 @@ TEST_F(InAHeadset, IsSeenInAWindowAndInPicturesAtTheSameTime) {
   Program program(feel("shell", {"--headset", "openxr", "--headless", folder / "pictures",
                                  "--picture-size", "96", "--device", "simulated", "--path", path}));
   ASSERT_TRUE(says(program, "A window shows the same to others.")) << program.said();
-  // Flesh in the middle of the window.
+  // A red part of the shell in the middle of the window.
   EXPECT_TRUE(wait_until([&] {
     const uint32_t pixel = display->screenshot().at(560, 380);
     return int(pixel >> 16 & 255) > int(pixel & 255) + 25;
@@ -264,7 +265,7 @@ TEST_F(InAHeadset, GoesOnWithoutItsWindow) {
   auto display = test::VirtualDisplay::start(1280, 800, why_not);
   if (!display) GTEST_SKIP() << why_not;
   const auto path = path_file(folder, {{0.0, {0.0, 0.0, 0.07}}, {600.0, {0.0, 0.0, 0.07}}});
-  // Freed memory is overwritten, so that its use ends the program.
+  // Freed memory is overwritten, so that the program crashes if it uses it.
   setenv("MALLOC_PERTURB_", "165", 1);
   Program program(feel("shell", {"--headset", "openxr", "--device", "simulated", "--path", path}));
   unsetenv("MALLOC_PERTURB_");
@@ -293,8 +294,8 @@ TEST_F(InAHeadset, IsWaitedForWhileItIsOff) {
   EXPECT_EQ(program.wait().exit_code, 0);
 }
 
-/// The least and the greatest sum of red, green and blue of the pixels that were shown.
-/// Least and most of the rows in the middle: the made optics hide corners above and below.
+/// The smallest and the largest sum of red, green and blue in the rows in the middle: the simulated
+/// optics hide corners above and below.
 std::pair<int, int> brightness(const MadeHeadset::Shown& shown) {
   int least = 3 * 255, most = 0;
   const size_t row = 3 * size_t(shown.width), height = size_t(shown.height);
@@ -349,7 +350,8 @@ TEST(WithoutAHeadset, AutoSaysWhyNobodySeesIt) {
   unsetenv("XR_RUNTIME_JSON");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("nowhere, as there is no display and no headset"));
-  EXPECT_THAT(outcome.out, Not(HasSubstr("OpenXR"))) << "most people have no headset";
+  EXPECT_THAT(outcome.out, Not(HasSubstr("OpenXR")))
+      << "no error about a headset that nobody named";
   EXPECT_EQ(outcome.err, "");
 }
 
@@ -362,7 +364,7 @@ TEST(WithoutAHeadset, SaysWhichCallFailedOnlyWhenAsked) {
   EXPECT_THAT(quiet.err, Not(HasSubstr("returned")));
   EXPECT_EQ(verbose.exit_code, 2);
   EXPECT_THAT(verbose.err, HasSubstr("(xrEnumerateInstanceExtensionProperties returned -51.)"));
-  // The loader's own block, with the name of the manifest.
+  // The message of the OpenXR loader, with the name of the manifest.
   EXPECT_THAT(verbose.err, HasSubstr("/nowhere/at/all.json"));
 }
 

@@ -1,4 +1,4 @@
-// palpate info: each kind of file that the program reads, from real data where there are some.
+// palpate info: each kind of file that the program reads, from real data where available.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ const fs::path kShared = PALPATE_SHARED_DATA;
   if (!fs::exists(kShared / (file))) \
   GTEST_SKIP() << "There is no " << (kShared / (file)).string() << "."
 
-/// Of one file that can be read.
+/// The information on one file that can be read.
 nlohmann::json info(const std::string& file) {
   const Outcome outcome = run({"info", file, "--json"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -68,7 +68,7 @@ TEST(Info, OfRealVolumesMasksAndLabels) {
   const auto labels = info(kShared / "heart_cine/lv_00.mha");
   EXPECT_EQ(labels["kind"], "labels");
   EXPECT_EQ(labels["values"]["different"], nlohmann::json({0.0, 1.0, 2.0}));
-  // The folder has 20 images and 20 labels of them.
+  // The folder has 20 images and 20 label maps.
   const auto folder = info(kShared / "heart_cine");
   EXPECT_THAT(problems(folder), Contains(HasSubstr("20 of its 40 frames hold masks or labels")));
   const auto mask = info(kShared / "lung/pair_body.mha");

@@ -1,4 +1,4 @@
-// Runs that last, and how they end: signals, limits, a display that dies.
+// Long runs and their ends: signals, limits, a display that goes away.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -21,7 +21,7 @@ using files::TemporaryFolder;
 using test::VirtualDisplay;
 using ::testing::HasSubstr;
 
-/// The force has come to zero without a step, and the cause is said.
+/// The force went to zero without a step, and the cause is in the table.
 void expect_ramp_at_the_end(const fs::path& csv) {
   const Table ticks(csv);
   ASSERT_GT(ticks.size(), 100U);
@@ -93,7 +93,7 @@ TEST(TheEndOfARun, ThatIsKilledLeavesARecordingThatReplays) {
 
 TEST(TheEndOfARun, ByAFileThatMayNotGrowIsNotTheEndOfTheHand) {
   const TemporaryFolder folder;
-  // The child inherits the limit; the test itself writes no file meanwhile.
+  // The child inherits the limit; the test itself writes no file during this time.
   rlimit before{};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
   const rlimit small{200'000, before.rlim_max};
@@ -131,9 +131,10 @@ TEST(TheStartOfARun, ObeysASignalAtOnceAndLeavesNothing) {
   for (int k = 0; k < 3; ++k) {
     Program program(
         {"feel", "heart", "--headset", "off", "--device", "simulated", "--csv", folder / "t.csv"});
-    // The heart takes longer to make than the handlers.
+    // Making the heart takes longer than installing the signal handlers.
     ASSERT_TRUE(wait_until([&] { return program.handles(SIGTERM); }));
-    ASSERT_EQ(program.said().find("Volume"), std::string::npos) << "the heart is there already";
+    ASSERT_EQ(program.said().find("Volume"), std::string::npos)
+        << "the heart was finished too early for this test";
     program.signal(SIGTERM);
     const Outcome outcome = program.wait();
     EXPECT_EQ(outcome.exit_code, 1);

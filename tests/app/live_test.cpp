@@ -1,4 +1,5 @@
-// palpate feel and view of a live source: the program, and a server with bytes written apart.
+// palpate feel and view of a live source: the program, and a server that does not use the project's
+// OpenIGTLink code.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -43,7 +44,7 @@ test::Raw ball(int frame) {
   return test::wire_message(header, image.body());
 }
 
-/// A table that goes 1 mm to the right with each frame, and once far away.
+/// A table that moves 1 mm to the right with each frame, and from frame 20 on is far away.
 test::Raw table(size_t frame) {
   test::Raw body;
   const float way_mm = float(frame) + (frame >= 20 ? 500.0F : 0.0F);
@@ -55,8 +56,8 @@ test::Raw table(size_t frame) {
   return test::wire_message(header, body);
 }
 
-/// Sends frames to whoever connects, ten a second, until it is over; hangs up once after so many
-/// frames, if that is asked for, in the middle of a message.
+/// Sends frames to a client, ten per second, until the object's end. Closes the connection once, in
+/// the middle of a message, after `hangs_up_after` frames if this is not 0.
 class Source {
  public:
   explicit Source(size_t hangs_up_after = 0) {
@@ -89,8 +90,8 @@ class Source {
   std::jthread thread_;
 };
 
-/// Asks a program to end as soon as something holds, or at last after a minute: a busy machine
-/// needs longer than a quiet one, and what has to hold is looked at afterwards.
+/// Ends a program as soon as a condition is true, or after a minute: a busy machine needs longer.
+/// The test checks the condition again afterwards.
 template <class Condition>
 Outcome ended_once(Program& program, Condition holds) {
   const auto give_up = std::chrono::steady_clock::now() + 60s;
@@ -100,7 +101,7 @@ Outcome ended_once(Program& program, Condition holds) {
   return program.wait();
 }
 
-/// The images that a client hears.
+/// The images that a client receives.
 class HeardImages {
  public:
   explicit HeardImages(openigtlink::ClientOptions& options) {
@@ -118,8 +119,8 @@ class HeardImages {
     const std::lock_guard lock(mutex_);
     return images_.empty() ? glm::ivec3(0) : images_.front().volume.grid.size;
   }
-  /// How far they go from the first one: the most on average over the samples of an image, and the
-  /// most of a single sample.
+  /// The largest change relative to the first image: of the mean over the samples, and of a single
+  /// sample.
   struct Change {
     double mean = 0.0, single = 0.0;
   };
@@ -157,7 +158,7 @@ TEST(Live, ASourceIsFeltFollowedAndItsNumbersAreSaid) {
   ASSERT_NE(at, std::string::npos) << outcome.out;
   EXPECT_GT(std::stoi(outcome.out.substr(at + 13)), 3) << outcome.out;
   EXPECT_NE(outcome.out.find("after they arrived (median"), std::string::npos);
-  // It hung up in the middle of a message, and was found again.
+  // The server closed the connection in the middle of a message; the client connected again.
   EXPECT_NE(outcome.out.find("connecting again"), std::string::npos) << outcome.out;
   EXPECT_NE(outcome.out.find("1 refused: torn"), std::string::npos) << outcome.out;
   EXPECT_NE(outcome.out.find("2 connections"), std::string::npos) << outcome.out;
@@ -205,7 +206,7 @@ TEST(Live, WhatIsFeltIsSentAsItMoves) {
   EXPECT_GE(images.count(), 3u);
   const glm::ivec3 size = images.size();
   EXPECT_LE(size.x * size.y * size.z, 64 * 64 * 64);
-  EXPECT_GT(images.most_changed().mean, 1.0) << "it beats, so what is sent must change";
+  EXPECT_GT(images.most_changed().mean, 1.0) << "the images of a beating heart must change";
 }
 
 TEST(Live, TheMovedVolumeIsServedWithoutAHand) {
@@ -223,13 +224,13 @@ TEST(Live, TheMovedVolumeIsServedWithoutAHand) {
       << outcome.out;
   EXPECT_EQ(outcome.out.find("Felt"), std::string::npos) << outcome.out;
   EXPECT_EQ(outcome.out.find(" 0 messages were sent"), std::string::npos) << outcome.out;
-  EXPECT_GT(images.most_changed().single, 50.0) << "it beats, so what is sent must change";
+  EXPECT_GT(images.most_changed().single, 50.0) << "the images of a beating heart must change";
 }
 
 TEST(Live, WhatIsServedIsSaidInJson) {
   const uint16_t port = test::WireServer().port();
   Program program({"serve", "heart", "--seconds", "600", "--port", std::to_string(port), "--json"});
-  // As soon as it stands there, a client may connect.
+  // As soon as this line is there, a client may connect.
   ASSERT_TRUE(program.wait_for("\n"));
   const auto serving = nlohmann::json::parse(program.said());
   EXPECT_EQ(serving["event"], "serving");
@@ -255,7 +256,7 @@ TEST(Live, WhatIsServedIsSaidInJson) {
   EXPECT_NE(outcome.err.find("Volume    heart"), std::string::npos) << "lines are on stderr";
 }
 
-/// The beating shell held still, in its own patient space.
+/// The beating shell standing still, in its own patient space.
 std::string still_shell(const files::TemporaryFolder& folder) {
   const std::string file = folder / "still.json";
   std::ofstream(file) << R"({"volumes": [{"name": "heart", "source": "shell", "rate": 0}],
@@ -264,8 +265,7 @@ std::string still_shell(const files::TemporaryFolder& folder) {
   return file;
 }
 
-/// Whether the volume is among the next messages of a server, of which there are about twenty a
-/// second.
+/// Whether the volume is among the next messages of a server, which sends about twenty per second.
 bool volume_comes(const openigtlink::Socket& socket, int within = 600) {
   const auto receive = [&](size_t count) {
     openigtlink::Bytes bytes(count);
@@ -306,23 +306,23 @@ TEST(Live, WhoComesBackGetsTheStillVolumeAgain) {
   ASSERT_TRUE(program.wait_for("\n"));
   openigtlink::Socket viewer = connected_to(port);
   EXPECT_TRUE(volume_comes(viewer));
-  EXPECT_FALSE(volume_comes(viewer, 60)) << "it stands still, and this one has it";
-  // Gone and back at once: the number of clients is never seen to change.
+  EXPECT_FALSE(volume_comes(viewer, 60)) << "a still volume is sent once to each client";
+  // Disconnected and back at once: the server never sees the number of clients change.
   viewer = openigtlink::Socket();
   viewer = connected_to(port);
-  EXPECT_TRUE(volume_comes(viewer)) << "who comes back has nothing yet";
-  // Gone, and back when the server has seen it.
+  EXPECT_TRUE(volume_comes(viewer)) << "a client that reconnects needs the volume";
+  // Back after the server has noticed the disconnection.
   viewer = openigtlink::Socket();
   std::this_thread::sleep_for(500ms);
   viewer = connected_to(port);
   EXPECT_TRUE(volume_comes(viewer));
   const openigtlink::Socket second = connected_to(port);
-  EXPECT_TRUE(volume_comes(second)) << "another one beside it";
+  EXPECT_TRUE(volume_comes(second)) << "a second client";
   program.signal(SIGINT);
   program.wait();
 }
 
-/// A TRANSFORM with its place on the wire: RAS, mm.
+/// A TRANSFORM with its position in the message: RAS, mm.
 test::Raw tool_at(const std::string& device, glm::dvec3 ras_mm) {
   test::Raw body;
   for (const float f : {1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, float(ras_mm.x),
@@ -353,7 +353,7 @@ std::vector<std::string> felt_with_tool(const files::TemporaryFolder& folder, ui
 TEST(Live, ATrackedToolIsTheHandWhereItIsInThePatient) {
   const files::TemporaryFolder folder;
   test::WireServer server;
-  // To the right, in front and above, then silent, then elsewhere; another tool is not listened to.
+  // To the right, in front and above, then silent, then elsewhere. Another tool must be ignored.
   std::jthread tracker([&](std::stop_token stop) {
     if (!server.accept_one(60000)) return;
     const auto send = [&](const char* name, glm::dvec3 ras_mm, int times) {
@@ -362,7 +362,7 @@ TEST(Live, ATrackedToolIsTheHandWhereItIsInThePatient) {
         std::this_thread::sleep_for(20ms);
       }
     };
-    // Once it is felt with: a busy machine reads for long.
+    // After the tool is in use: a busy machine takes long to read the scene.
     while (!std::filesystem::exists(folder / "ticks.csv") && !stop.stop_requested())
       std::this_thread::sleep_for(20ms);
     std::this_thread::sleep_for(500ms);
@@ -390,11 +390,11 @@ TEST(Live, ATrackedToolIsTheHandWhereItIsInThePatient) {
     if (here && glm::distance(probe, first) < 1e-6) ++at_first;
     if (here && glm::distance(probe, second) < 1e-6) ++at_second;
     if (!here && at_first > 0 && at_second == 0) ++gone;
-    // Never drawn through the heart on its way.
+    // The probe must never be moved through the heart on its way.
     if (here && at_first > 0) between_m = std::min(between_m, glm::length(probe));
   }
   EXPECT_GT(at_first, 500u);
-  EXPECT_GT(gone, 300u) << "a tool that is not heard of is gone";
+  EXPECT_GT(gone, 300u) << "a silent tool must count as gone";
   EXPECT_GT(at_second, 500u);
   EXPECT_GT(between_m, 0.06);
 }
@@ -416,7 +416,7 @@ TEST(Live, TheirTrackerMovesTheHand) {
   kill(tracker, SIGKILL);
   waitpid(tracker, nullptr, 0);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  // It goes round (50 cos phi, 50 sin phi, 50 cos phi) mm RAS, ten radians a second; the hand
+  // It moves around (50 cos phi, 50 sin phi, 50 cos phi) mm RAS, ten radians per second; the hand
   // follows a little inside.
   const Table ticks(folder / "ticks.csv");
   size_t on_the_way = 0;

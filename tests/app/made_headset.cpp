@@ -15,7 +15,7 @@ namespace palpate::app {
 MadeHeadset::MadeHeadset() {
   const std::string remote = folder_ / "remote";
   mkfifo(remote.c_str(), 0600);
-  // For reading too: what is said before the program listens stays there.
+  // Opened for reading too: so what is written before the program reads stays in the FIFO.
   fifo_ = open(remote.c_str(), O_RDWR | O_CLOEXEC);
   setenv("XR_RUNTIME_JSON", PALPATE_FAKE_RUNTIME, 1);
   setenv("PALPATE_FAKE_XR_REAL_TIME", "1", 1);
@@ -23,7 +23,7 @@ MadeHeadset::MadeHeadset() {
   setenv("PALPATE_FAKE_XR_REPORT", (folder_ / "left").c_str(), 1);
   unsetenv("DISPLAY");
   unsetenv("WAYLAND_DISPLAY");
-  // A head that does not sway: what is in the room stands where the test means it to.
+  // A head that does not sway, so that things in the room are where the test expects them.
   say("head 0 1.6 0");
 }
 

@@ -8,8 +8,9 @@
 
 namespace palpate::app {
 
-/// A headset for the program as it is: the runtime of our own, in real time, told by a FIFO what
-/// the person does. While the object lives, programs that are started find it, and no display.
+/// A headset for the unmodified program: the tests' OpenXR runtime, in real time. The user's
+/// actions are sent through a FIFO. During the object's life programs that are started find this
+/// headset, and no display.
 class MadeHeadset {
  public:
   MadeHeadset();
@@ -18,17 +19,17 @@ class MadeHeadset {
 
   /// See tests/xr/runtime/remote.h.
   void say(const std::string& command);
-  /// How the runtime stands: the lines of its report, "frames" and so on, by their first word.
-  /// Waits for it; empty if nothing came in a minute.
+  /// The state of the runtime: the lines of its report, "frames" and so on, by their first word.
+  /// Waits for it; empty if it did not come in a minute.
   std::map<std::string, std::string> ask();
-  /// The pictures that it was last shown, side by side, as of the last ask().
+  /// The pictures of the last frame, side by side, at the time of the last ask().
   struct Shown {
     int width = 0, height = 0;
     std::string rgb;
     std::vector<float> depth_m;  ///< along the eye's axis, the left eye's picture first
   };
   Shown shown() const;
-  /// The report that it left when the program ended.
+  /// The report that was written when the program ended.
   std::string left() const;
 
   const files::TemporaryFolder& folder() const { return folder_; }

@@ -1,5 +1,5 @@
-// What is installed beside the program: manual pages and completions, as the tools that read them
-// see them.
+// The files that are installed beside the program: manual pages and completions, read by the tools
+// that use them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -77,7 +77,7 @@ TEST_F(Manual, HasAPageForEveryCommandAndNoOther) {
 TEST_F(Manual, IsReadWithoutAWarning) {
   if (!has("groff")) GTEST_SKIP() << "There is no groff here.";
   for (const std::string& name : pages()) {
-    // -ww: every warning there is.
+    // -ww: all warnings.
     const ShellOutcome groff = shell("groff -man -Tutf8 -ww -z '" + page(name) + "'");
     EXPECT_EQ(groff.exit_code, 0) << name;
     EXPECT_THAT(groff.text, IsEmpty()) << name;
@@ -116,7 +116,7 @@ TEST_F(Manual, SaysWhatHelpSays) {
                     HasSubstr("Not together with"), Not(HasSubstr("--device"))));
 }
 
-/// What bash offers for the last of the words.
+/// The completions of bash for the last of the words.
 std::vector<std::string> offered(const TemporaryFolder& folder,
                                  const std::vector<std::string>& words,
                                  const std::string& in = ".") {
@@ -150,7 +150,7 @@ TEST_F(Manual, CompletesInBash) {
   EXPECT_THAT(complete({"palpate", "motion", "--pre"}), ElementsAre("--preset"));
   EXPECT_THAT(complete({"palpate", "motion", "--preset", "b"}),
               UnorderedElementsAre("balanced", "best"));
-  // bash makes three words of --preset=b.
+  // bash splits --preset=b into three words.
   EXPECT_THAT(complete({"palpate", "motion", "--preset", "=", "b"}),
               UnorderedElementsAre("balanced", "best"));
   EXPECT_THAT(complete({"palpate", "feel", "--device", "si"}), ElementsAre("simulated"));
@@ -160,7 +160,8 @@ TEST_F(Manual, CompletesInBash) {
   EXPECT_THAT(complete({"palpate", "feel", "--look", "CT"}),
               UnorderedElementsAre("CT\\ bone", "CT\\ heart", "CT\\ lung"));
   EXPECT_THAT(complete({"palpate", "help", "cal"}), ElementsAre("calibrate"));
-  EXPECT_THAT(complete({"palpate", "feel", "--fps", ""}), IsEmpty()) << "nothing fits a number";
+  EXPECT_THAT(complete({"palpate", "feel", "--fps", ""}), IsEmpty())
+      << "there are no completions of a number";
 }
 
 TEST_F(Manual, CompletesFilesAndFoldersInBash) {
@@ -180,8 +181,8 @@ TEST_F(Manual, CompletesFilesAndFoldersInBash) {
               ElementsAre("one folder"));
 }
 
-/// Types $2 and the tabulator in a zsh of its own on a pseudo terminal, and waits until $3 stands
-/// there; the completions lie in $1.
+/// Types $2 and the tabulator into a zsh of its own on a pseudo-terminal, and waits until $3 is
+/// there; the completions are in $1.
 constexpr const char* kTyping = R"(
 zmodload zsh/zpty
 zpty z zsh -f -i
@@ -216,7 +217,7 @@ TEST_F(Manual, CompletesInZsh) {
 TEST(Install, PutsProgramPagesAndCompletionsInPlaceAndTakesThemAway) {
   if (!has("cmake")) GTEST_SKIP() << "There is no cmake here.";
   const TemporaryFolder prefix, build;
-  // The list of what was put in place must not replace the one of a person's own installation.
+  // CMake's list of installed files must not replace that of a user's own installation.
   std::string script = files::read_bytes(PALPATE_BUILD_DIR "/cmake_install.cmake");
   const std::string real = "file(WRITE \"" PALPATE_BUILD_DIR "/";
   const size_t at = script.find(real);

@@ -41,7 +41,7 @@ TEST(ModeLibrary, AddsAKindThatAScenePlansAndFeels) {
   EXPECT_EQ(plan.exit_code, 0) << plan.err;
   EXPECT_THAT(plan.out, HasSubstr("held"));
 
-  // The mode pulls the hand to the ball's surface; a recording of it replays bit by bit.
+  // The mode pulls the hand to the ball's surface; a recording of it is replayed bit by bit.
   const std::string recording = folder / "run";
   const Outcome felt = run({"feel", scene, "--modes", PALPATE_SNAP_MODE, "--device", "simulated",
                             "--path", "press", "--seconds", "5", "--headset", "off", "--record",

@@ -1,4 +1,4 @@
-// The program from files to files, on phantoms whose motion is known.
+// The program from input files to output files, on phantoms whose motion is known.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,8 +22,8 @@ namespace {
 using files::TemporaryFolder;
 using ::testing::HasSubstr;
 
-// At 48^3 the wall of the heart is four voxels thick and its texture is under-sampled: fields miss
-// it by 0.2 to 0.35 voxel, a field of zeros by 1.8.
+// At 48^3 the wall of the heart is four voxels thick and its texture is under-sampled: fields have
+// an error of 0.2 to 0.35 voxel; a field of zeros has 1.8.
 constexpr double kSmallHeartVoxels = 0.5;
 
 Field field_in(const std::filesystem::path& path) {
@@ -72,8 +72,8 @@ TEST(MotionOfAPair, ComesWithInverseConfidenceAndPicture) {
   const Field inverse = field_in(folder / "u_inverse.mha");
   const auto consistency = inverse_consistency(field, inverse, field.grid);
   ASSERT_TRUE(consistency);
-  // The inverse is solved to a thousandth of a voxel at samples; between them both are trilinear,
-  // which over a voxel of 2.7 mm with the curvature of this motion costs a few hundredths.
+  // The inverse is right to a thousandth of a voxel at its samples. Between them both fields are
+  // trilinear: at voxels of 2.7 mm and the curvature of this motion this adds a few hundredths.
   EXPECT_LT(consistency->voxels.mean, 0.05);
   const auto confidence = files::read_volume(folder / "u_confidence.mha");
   ASSERT_TRUE(confidence) << confidence.error().message;
@@ -102,7 +102,7 @@ double largest_difference_mm(const Field& a, const Field& b) {
   return largest;
 }
 
-// Axes that were turned round and back are rounded in the last digit of a double, the work is in
+// Axes that were reversed twice are rounded in the last digit of a double; the computation is in
 // single precision.
 constexpr double kSameFieldMm = 1e-5;
 
@@ -111,7 +111,7 @@ TEST(MotionOfAPair, OfLeftHandedFilesIsTheSameAndLiesOnTheirOwnAxes) {
   const TemporaryFolder folder;
   const Sequence heart = small_heart();
   Mask body{heart.frames[0].grid, std::vector<uint8_t>(heart.frames[0].grid.count(), 0)};
-  // Not symmetric along any axis, so that a mask that was turned the wrong way shows.
+  // Not symmetric along any axis, so that a mask reversed along one is detected.
   for (int k = 4; k < 40; ++k)
     for (int j = 10; j < 46; ++j)
       for (int i = 6; i < 40; ++i) body.values[body.grid.offset(i, j, k)] = 1;
@@ -132,7 +132,7 @@ TEST(MotionOfAPair, OfLeftHandedFilesIsTheSameAndLiesOnTheirOwnAxes) {
       const Outcome coarse = run({"motion", fixed, moving, "-o", name("coarse"), "--coarse"});
       ASSERT_EQ(coarse.exit_code, 0) << coarse.out << coarse.err;
     }
-    // NIfTI keeps positions in single precision: 1e-5 mm of 60.
+    // NIfTI stores positions in single precision: 1e-5 mm of 60.
     const double tolerance_mm = nifti ? 1e-3 : kSameFieldMm;
     for (const char* what : {"u", "u_left_inverse", "coarse"}) {
       const bool inverse = std::string(what) == "u_left_inverse";
@@ -151,7 +151,7 @@ TEST(MotionOfAPair, OfLeftHandedFilesIsTheSameAndLiesOnTheirOwnAxes) {
     EXPECT_TRUE(left->grid.j_reversed_in_file);
     for (size_t v = 0; v < sure->values.size(); ++v)
       ASSERT_NEAR(sure->values[v], left->values[v], 1e-3) << v;
-    // A left-handed truth measures a right-handed field, and the other way round.
+    // A left-handed truth for a right-handed field, and the reverse.
     for (const auto& [field, truth] :
          {std::pair("u_right", "u_left"), std::pair("u_left", "u_right")}) {
       const Outcome check = run({"check", folder / (std::string(field) + ending), "--truth",
@@ -167,8 +167,8 @@ TEST(MotionOfAPair, OfDicomAndOfItsNiftiIsTheSame) {
   NEEDS_DEVICE();
   if (!files::succeeds("command -v dcm2niix")) GTEST_SKIP() << "dcm2niix is not installed";
   const TemporaryFolder folder;
-  // Edges of 2 mm: NIfTI's 32-bit numbers hold these axes exactly, so that the images are the same
-  // to the last bit.
+  // Edges of 2 mm: NIfTI's 32-bit numbers represent these axes exactly, so the images are equal to
+  // the last bit.
   const Sequence heart = shell_phantom(heart_grid(64), 4, 1, 0.01);
   const char* const names[] = {"fixed", "moving"};
   for (size_t k = 0; k < 2; ++k) {
@@ -243,8 +243,8 @@ TEST(MotionOfASequence, WritesAFieldPerPairAndASummary) {
   EXPECT_EQ(folder.entry_count(), 2U);
 }
 
-/// One definition of drift and length, whichever command says it; the table of 'check' is rounded
-/// to a thousandth.
+/// Drift and length have one definition in both commands; the table of 'check' is rounded to a
+/// thousandth.
 TEST(MotionOfASequence, SaysTheSameNumbersAsCheck) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;
@@ -322,7 +322,8 @@ TEST(MotionOfASequence, StopsAtCtrlCWhileFieldsAreAlreadyWaiting) {
   EXPECT_EQ(folder.entry_count(), 1U);
 }
 
-/// What must never be called ok: the exit code says suspect or failed, and why.
+/// Pairs that must never be ok: the exit status is that of suspect or failed, and a reason is
+/// printed.
 void expect_distrusted(const Volume& fixed, const Volume& moving) {
   const TemporaryFolder folder;
   const Outcome result = run({"motion", written(fixed, folder / "fixed.mha"),
@@ -415,7 +416,7 @@ TEST(OneMotion, IsWrittenInAllItsFormsAndRead) {
   EXPECT_LT(largest_difference_mm(field_in(out + "/reference_to_1.mha"),
                                   resampled(motion->at_frame(1), heart_grid(kHeartSize))),
             1e-4);
-  // What was written is felt, without an estimate.
+  // The written motion is used by `feel`, without an estimation.
   for (const std::string& fields : {out, out + "/sequence_motion.nrrd"}) {
     const Outcome felt = run({"feel", heart, "--fields", fields, "--headset", "off", "--device",
                               "simulated", "--seconds", "1"});
@@ -443,8 +444,8 @@ TEST(OneMotion, IsWrittenInAllItsFormsAndRead) {
     ASSERT_TRUE(checked.exit_code == 0 || checked.exit_code == 3 || checked.exit_code == 4)
         << checked.err;
     const auto found = checked.json();
-    // Fields that follow each other are measured from frame 0, which is twice as far from the
-    // others as the reference is: too far for so coarse a heart.
+    // Chained fields are measured from frame 0, which is twice as far from the other frames as the
+    // reference frame: too far for such a coarse heart.
     if (form != steps) {
       EXPECT_EQ(found["verdict"]["word"], "ok") << form.front();
     }
@@ -452,12 +453,12 @@ TEST(OneMotion, IsWrittenInAllItsFormsAndRead) {
     EXPECT_LT(found["evidence"]["drift"]["voxels"]["mean"], 0.1) << form.front();
     EXPECT_GT(found["evidence"]["frames"][0]["acceleration_mm_per_frame2"], 0.0);
   }
-  // Another sequence's motion is refused.
+  // The motion of another sequence is refused.
   const std::string other = written(small_heart(4), folder / "other.seq.nrrd");
   const Outcome refused = run({"feel", other, "--fields", out, "--headset", "off"});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr("the motion of 6 frames"));
-  // Pairwise fields beside it would be taken for it.
+  // Pairwise fields in the same folder would be read as part of it.
   const Outcome beside = run({"motion", heart, "-o", out, "--model", "pairwise"});
   EXPECT_EQ(beside.exit_code, 2);
   EXPECT_THAT(beside.err, HasSubstr("sequence_motion.nrrd"));
@@ -474,7 +475,7 @@ TEST(Demo, MakesEstimatesComparesAndDraws) {
     EXPECT_THAT(result.out, HasSubstr("beat.png"));
     for (const char* name : {"summary.txt", "beat.png", "motion_0_to_1.mha", last})
       EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(out) / name)) << name;
-    // What the log says of a pair, the table says, too.
+    // The warning about a pair in the log is also in the table.
     const size_t table = result.out.find("palpate felt a ");
     ASSERT_NE(table, std::string::npos);
     const std::string log = result.out.substr(0, table), summary = result.out.substr(table);

@@ -1,5 +1,5 @@
-// No output of any command may be one of its inputs. Every output option is found in --help, so a
-// new one without a row here fails.
+// No output of any command may be one of its inputs. The test takes the output options from --help,
+// so a new one without a row here fails.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -72,8 +72,8 @@ std::vector<std::string> all_outputs() {
   return outputs;
 }
 
-/// What to call an option's command with, so that the output (appended) is one of its inputs; empty
-/// where the command reads no file.
+/// Command lines for each option in which the output (appended) is one of the inputs; empty if the
+/// command reads no file.
 std::map<std::string, std::vector<std::vector<std::string>>> rows(const InputFolder& in) {
   const std::string a = in.at("a.mha"), b = in.at("b.mha"), seq = in.at("seq.nrrd"),
                     frames = in.at("frames"), scene = in.at("scene.json");
@@ -86,7 +86,8 @@ std::map<std::string, std::vector<std::vector<std::string>>> rows(const InputFol
     }
     calls.push_back({"feel", seq, option, seq});
     calls.push_back({"feel", scene, option, scene});
-    calls.push_back({"feel", scene, option, seq});  // a file that the scene names
+    // A file that the scene names.
+    calls.push_back({"feel", scene, option, seq});
     calls.push_back({"feel", frames, option, frames + "/1.mha"});
     calls.push_back({"feel", seq, "--path", in.at("path.csv"), option, in.at("path.csv")});
     calls.push_back({"feel", seq, "--replay", b, option, b});
@@ -98,7 +99,8 @@ std::map<std::string, std::vector<std::vector<std::string>>> rows(const InputFol
   std::map<std::string, std::vector<std::vector<std::string>>> all;
   all["motion --output"] = {
       {"motion", a, b, "-o", b},
-      {"motion", a, b, "-o", in.at("frames/../b.mha")},  // another spelling
+      // Another spelling of the same path.
+      {"motion", a, b, "-o", in.at("frames/../b.mha")},
       {"motion", a, b, "--mask", seq, "-o", seq},
       {"motion", frames, "-o", frames},
       {"motion", frames + "/0.mha", frames + "/1.mha", "-o", frames},
@@ -114,7 +116,7 @@ std::map<std::string, std::vector<std::vector<std::string>>> rows(const InputFol
                            {"view", a, b, "--picture", b}};
   all["view --headless"] = {{"view", frames, "--headless", frames},
                             {"view", seq, "--fields", frames, "--headless", frames}};
-  // Those of palpate-lab, which `palpate chart` starts.
+  // Options of palpate-lab, which `palpate chart` starts.
   all["chart --out"] = {{"chart", a, b, "--truth", seq, "--out", b},
                         {"chart", a, b, "--truth", seq, "--out", seq}};
   all["chart --csv"] = {{"chart", a, b, "--truth", seq, "--data", frames, "--csv", frames}};
@@ -224,7 +226,8 @@ TEST(AnOutput, ThatIsALinkStaysOneAndItsTargetIsReplaced) {
   NEEDS_DEVICE();
   const InputFolder in;
   fs::create_directory(in.at("kept"));
-  fs::create_symlink("kept/field.mha", in.at("u.mha"));  // to what does not exist yet
+  // Points to a file that does not exist yet.
+  fs::create_symlink("kept/field.mha", in.at("u.mha"));
   files::write_bytes(in.at("kept/u.png"), "an older picture");
   fs::create_symlink("kept/u.png", in.at("u.png"));
   const Outcome result = run({"motion", in.at("a.mha"), in.at("b.mha"), "-o", in.at("u.mha"),
@@ -247,7 +250,7 @@ TEST(AnOutput, OfAProcessThatWasKilledIsRemovedByTheNext) {
     for ([[maybe_unused]] const auto& entry : fs::directory_iterator(fields)) ++count;
     return count;
   };
-  // Not the probe that asks whether the folder can be written.
+  // Waits for the staging folder, not for the file that tests whether the folder can be written.
   const auto is_staging = [&] {
     for (const auto& entry : fs::directory_iterator(fields))
       if (entry.is_directory()) return true;
@@ -258,7 +261,7 @@ TEST(AnOutput, OfAProcessThatWasKilledIsRemovedByTheNext) {
   killed.signal(SIGKILL);
   killed.wait();
   ASSERT_EQ(left(), 1U) << "the hidden folder of the killed process";
-  // One whose process lives stays; the lock is its sign of life.
+  // A staging folder whose process runs must stay; a lock marks it.
   const fs::path living = fields / ".palpate-living";
   fs::create_directory(living);
   const int fd = ::open(living.c_str(), O_RDONLY | O_DIRECTORY);
@@ -268,7 +271,7 @@ TEST(AnOutput, OfAProcessThatWasKilledIsRemovedByTheNext) {
                 "--no-verdict"});
   };
   EXPECT_EQ(pair().exit_code, 0);
-  EXPECT_EQ(left(), 2U) << "the field and the living folder";
+  EXPECT_EQ(left(), 2U) << "the field and the folder of the running process";
   EXPECT_TRUE(fs::exists(living));
   ::close(fd);
   EXPECT_EQ(pair().exit_code, 0);

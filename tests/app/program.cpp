@@ -81,7 +81,7 @@ Outcome Program::wait() {
 
 namespace {
 
-/// The commands that the help of these words lists, and those below them.
+/// Adds the commands that the help of these words lists, and their subcommands.
 void add_commands(const std::vector<std::string>& words,
                   std::vector<std::vector<std::string>>& all) {
   std::vector<std::string> help = words;

@@ -11,7 +11,7 @@
 
 namespace palpate::app {
 
-/// What a run of the program left behind.
+/// The result of a run of the program.
 struct Outcome {
   int exit_code = -1;  ///< -1 if a signal ended it
   std::string out;
@@ -20,14 +20,14 @@ struct Outcome {
   nlohmann::json json() const { return nlohmann::json::parse(out); }
 };
 
-/// The built program, started as a user starts it, without a shell between.
+/// The built program, started as a user starts it, but without a shell.
 class Program {
  public:
   explicit Program(const std::vector<std::string>& arguments);
 
-  /// Waits until `text` stands on stdout; false if the program ends before.
+  /// Waits until `text` is on stdout; false if the program ends before.
   bool wait_for(const std::string& text);
-  /// What stands on stdout by now.
+  /// The text on stdout until now.
   std::string said() const;
   bool ended();
   void signal(int number);
@@ -36,28 +36,28 @@ class Program {
   Outcome wait();
 
  private:
-  files::TemporaryFolder folder_;  ///< holds what it prints
+  /// Contains the output files.
+  files::TemporaryFolder folder_;
   pid_t pid_ = -1;
   int status_ = 0;
   bool ended_ = false;
 };
 
-/// Asks every 20 ms whether what another program does is done; false after two minutes, which a
-/// busy machine may need.
+/// Polls a condition every 20 ms; false after two minutes, which a busy machine may need.
 bool wait_until(const std::function<bool()>& done);
 
 inline Outcome run(const std::vector<std::string>& arguments) {
   return Program(arguments).wait();
 }
 
-/// The commands that --help lists, and those below them: {"motion"}, ..., {"chart", "stability"}.
+/// The commands that --help lists, and their subcommands: {"motion"}, ..., {"chart", "stability"}.
 std::vector<std::vector<std::string>> commands();
 
-/// Whether there is a device to compute with, as the program itself sees it.
+/// Whether the program itself finds a device for computing.
 bool has_device();
 
 }  // namespace palpate::app
 
-/// Skips, and says so, where there is nothing to compute with.
+/// Skips the test, with a message, if there is no device for computing.
 #define NEEDS_DEVICE() \
   if (!palpate::app::has_device()) GTEST_SKIP() << "There is no usable Vulkan device here."

@@ -1,5 +1,5 @@
-// README stays true: every command that stands in a block of it is known here and run, or it is
-// said why not, and what is shown of its output is what the program prints, up to the numbers.
+// README is correct: every command in a code block of it is listed here and run, or has a reason
+// why not. The output that it shows is what the program prints, up to the numbers.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,16 +24,18 @@ struct Shown {
   std::vector<std::string> output;
 };
 
-/// What the test does with a command. Data of the shared folder are in the working folder, under
-/// the names that README gives them.
+/// How the test treats a command. Data of the shared folder are in the working folder, under the
+/// names that README uses.
 struct Way {
-  std::string run;     ///< the same, or with synopsis brackets resolved; empty: not run
-  std::string reason;  ///< why not
+  /// The same command, or with synopsis brackets resolved; empty: not run.
+  std::string run;
+  /// Why it is not run.
+  std::string reason;
 };
 
 const fs::path kReadme = fs::path(PALPATE_SOURCE) / "README.md";
 
-// In README's order: some use what those before them have written.
+// In README's order: some commands use the output of earlier ones.
 const std::vector<std::pair<std::string, Way>> kWays = {
     {"./run", {"", "installs packages and builds"}},
     {"./run tests", {"", "is what runs this test"}},
@@ -100,7 +102,8 @@ std::string trimmed(std::string text) {
   return text;
 }
 
-/// Commands of the blocks that name no language: after "$ ", or what begins as a command does.
+/// Commands of the blocks without a language: lines after "$ ", and lines that begin as a command
+/// does.
 std::vector<Shown> shown_commands() {
   std::vector<Shown> found;
   std::istringstream lines(files::read_bytes(kReadme));
@@ -135,14 +138,14 @@ std::vector<Shown> shown_commands() {
   return found;
 }
 
-/// Numbers and the width of gaps do not matter.
+/// Replaces numbers and the width of gaps, which may differ.
 std::string shape(const std::string& line) {
   std::string result =
       std::regex_replace(line, std::regex("-?[0-9]+([.,][0-9]+)*(e-?[0-9]+)?"), "#");
   return trimmed(std::regex_replace(result, std::regex("\\s+"), " "));
 }
 
-/// What differs from machine to machine, or from run to run, is not held against the output.
+/// Lines that may differ between machines or runs.
 bool is_of_the_machine(const std::string& shape) {
   for (const char* start :
        {"Device # ", "Device llvmpipe", "System", "Memory", "#) because", "# because"})
@@ -150,7 +153,7 @@ bool is_of_the_machine(const std::string& shape) {
   return shape.empty() || shape == "..." || shape.find("Hz") != std::string::npos;
 }
 
-/// The shown lines must be printed, in their order, with anything between them.
+/// The shown lines must be printed in their order; other lines may be between them.
 void expect_printed(const Shown& shown, const Outcome& outcome) {
   std::vector<std::string> printed;
   std::istringstream lines(outcome.out + outcome.err);
@@ -187,7 +190,7 @@ TEST(Readme, EveryCommandOfItsBlocksIsKnownAndStandsThere) {
     EXPECT_NE(way.run.empty(), way.reason.empty()) << command;
   }
   for (const std::string& command : shown)
-    EXPECT_TRUE(known.contains(command)) << "not known to this test: " << command;
+    EXPECT_TRUE(known.contains(command)) << "not listed in this test: " << command;
   for (const std::string& command : known)
     EXPECT_TRUE(shown.contains(command)) << "README does not show it any more: " << command;
 }
@@ -217,14 +220,14 @@ TEST(Readme, ItsCommandsPrintWhatItShows) {
     for (std::string word; text >> word;) words.push_back(word);
     words.erase(words.begin());  // palpate
     const Outcome outcome = run(words);
-    // 3: suspect, which a person would see too.
+    // 3: suspect, which a user would also get.
     EXPECT_EQ(outcome.exit_code, 0) << way.run << "\n" << outcome.out << outcome.err;
     expect_printed(shown[command], outcome);
   }
   ::unsetenv("XDG_STATE_HOME");
 }
 
-/// Commands within sentences: `palpate feel ... --option`. They exist, and know their options.
+/// Commands within sentences: `palpate feel ... --option`. They must exist and have these options.
 TEST(Readme, CommandsInItsSentencesExistWithTheirOptions) {
   const std::string text = files::read_bytes(kReadme);
   const std::regex span("`(build/)?palpate ([a-z]+)([^`]*)`");

@@ -1,4 +1,4 @@
-// What a recording says of its run: read back as it was written, and refused where it is broken.
+// The description of a run in a recording: read as it was written, and refused if damaged.
 #include "integration/scenes/replay_key.h"
 
 #include <gmock/gmock.h>
@@ -69,11 +69,11 @@ TEST(ReplayKey, OfTheTimeBeforeHostsIsReadWithTheProgramsTubeButtons) {
   const std::string text = replaced(text_of(made_key()), ",\"tube_buttons\":5", "");
   const auto read = parse_replay_key("a.ticks", text);
   ASSERT_TRUE(read) << read.error().message;
-  EXPECT_EQ(read->tube_buttons, 0U) << "each of them is the dead-man";
+  EXPECT_EQ(read->tube_buttons, 0U) << "each button is the dead-man switch";
   const auto free =
       parse_replay_key("a.ticks", replaced(text, "\"dead_man\":true", "\"dead_man\":false"));
   ASSERT_TRUE(free) << free.error().message;
-  EXPECT_EQ(free->tube_buttons, 0x3fffffffU) << "but the two that told of a headset";
+  EXPECT_EQ(free->tube_buttons, 0x3fffffffU) << "all but the two that stand for a headset";
 }
 
 TEST(ReplayKey, RefusesWhatPalpateNeverWrites) {

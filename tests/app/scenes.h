@@ -11,7 +11,7 @@
 
 namespace palpate::app {
 
-/// A heart that is quick to compute: 48^3 voxels of 2.7 mm, moving by 5 mm a frame.
+/// A heart that is quick to compute: 48^3 voxels of 2.7 mm, moving by 5 mm per frame.
 inline constexpr int kHeartSize = 48;
 
 inline Sequence small_heart(int frames = 4) {
@@ -36,7 +36,7 @@ inline std::string written(const Field& field, const std::filesystem::path& path
   return path.string();
 }
 
-/// The volume where another patient's would be: `shift_mm` along every axis.
+/// The volume at another place, as of another patient: `shift_mm` along every axis.
 inline Volume shifted(Volume volume, double shift_mm) {
   volume.grid.origin_mm += glm::dvec3(shift_mm);
   return volume;

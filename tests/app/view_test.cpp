@@ -1,4 +1,4 @@
-// The program as a person runs it to look, and where a cut is put.
+// `palpate view` as a user runs it, and the place of a cut.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ using charts::ReadPicture;
 using files::TemporaryFolder;
 using ::testing::HasSubstr;
 
-/// Share of the pixels that are more red than the blue-grey background and the things are.
+/// Share of the pixels that are redder than the background and the shapes of the scene.
 double red_share(const ReadPicture& picture) {
   double red = 0.0;
   for (int y = 0; y < picture.height; ++y)
@@ -66,11 +66,11 @@ TEST(CutBefore, GoesThroughWhatIsTouchedAndNeverTakesTheMiddle) {
       const glm::dvec3 touched = centre + before * towards + glm::dvec3(0.004, 0.002, -0.003);
       const ClipPlane cut = cut_before(eye, touched, centre, kRadius);
       EXPECT_NEAR(glm::length(cut.normal), 1.0, 1e-12);
-      // Its face is seen: at less than 45 degrees.
+      // The cut's face is visible: at less than 45 degrees.
       EXPECT_LT(glm::dot(cut.normal, towards), -std::sqrt(0.5));
-      EXPECT_GE(glm::dot(cut.normal, centre), cut.offset_m - 1e-12) << "the middle is kept";
+      EXPECT_GE(glm::dot(cut.normal, centre), cut.offset_m - 1e-12) << "the middle is cut away";
       const glm::dvec3 front = centre + 0.9 * kRadius * towards;
-      EXPECT_LT(glm::dot(cut.normal, front), cut.offset_m) << "something is taken away";
+      EXPECT_LT(glm::dot(cut.normal, front), cut.offset_m) << "nothing is cut away";
       if (before >= 0.02 && before <= 0.04) {
         EXPECT_NEAR(glm::dot(cut.normal, touched), cut.offset_m, 1e-12);
       }
@@ -103,8 +103,8 @@ TEST(View, DrawsTheHeartAndItsInside) {
   ASSERT_EQ(whole.width, 192);
   EXPECT_GT(red_share(whole), 0.12);
   const ReadPicture open = picture_of({"heart", "--cut-open"}, folder, "open.png");
-  EXPECT_GT(red_share(open), 0.06) << "a cut that leaves nothing";
-  EXPECT_GT(changed_share(whole, open), 0.05) << "a cut that is not seen";
+  EXPECT_GT(red_share(open), 0.06) << "the cut leaves nothing";
+  EXPECT_GT(changed_share(whole, open), 0.05) << "the cut is not visible";
   const ReadPicture systole = picture_of({"heart", "--frame", "3"}, folder, "systole.png");
   EXPECT_GT(changed_share(whole, systole), 0.02);
   const ReadPicture bare = picture_of({"heart", "--no-box"}, folder, "bare.png");
@@ -119,7 +119,7 @@ TEST(View, CutsTheBreathingChestOpen) {
   const ReadPicture whole = picture_of({lung}, folder, "whole.png");
   const ReadPicture open = picture_of({lung, "--cut-open"}, folder, "open.png");
   EXPECT_GT(red_share(open), 0.05) << "the box is empty";
-  EXPECT_GT(changed_share(whole, open), 0.03) << "a cut that is not seen";
+  EXPECT_GT(changed_share(whole, open), 0.03) << "the cut is not visible";
 }
 
 TEST(View, WritesEveryFrameOfASequenceForTwoEyes) {
@@ -211,7 +211,7 @@ TEST(View, AnX3dStyleColoursItsVolumeWhateverTheFileSaysOfItsSize) {
   EXPECT_LT(blue_share(red), 0.001);
   const ReadPicture blue = drawn("heart.nrrd", "0x0000FF20");
   EXPECT_GT(blue_share(blue), 0.02);
-  // An opacity is that of a sample, however far apart samples are.
+  // The opacity is that of a sample, whatever the distance between samples.
   EXPECT_LT(changed_share(blue, drawn("small.nrrd", "0x0000FF20")), 0.002);
   const ReadPicture opaque = drawn("heart.nrrd", "0x0000FFFF");
   EXPECT_LT(changed_share(opaque, drawn("small.nrrd", "0x0000FFFF")), 0.002);

@@ -1,4 +1,4 @@
-// X3D scenes through the program: planned, felt, looked at, told about, converted.
+// X3D scenes through the program: plan, feel, view, info, convert.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ std::string text_of(const std::string& file) {
   return text.str();
 }
 
-/// What plan says but for its notes.
+/// The output of `plan` without its notes.
 std::string plan_of(const std::string& scene) {
   const Outcome outcome = run({"plan", scene});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -87,7 +87,7 @@ TEST(X3d, IsConvertedToJsonAndBack) {
   ASSERT_EQ(back.exit_code, 0) << back.err;
   EXPECT_EQ(back.out.find("Note"), std::string::npos) << back.out;
   EXPECT_EQ(plan_of(folder / "again.x3d"), plan_of(scene));
-  // What JSON says once, X3D gives back.
+  // JSON, converted to X3D and back, is unchanged.
   const Outcome once_more = run({"convert", folder / "again.x3d", folder / "again.json"});
   ASSERT_EQ(once_more.exit_code, 0) << once_more.err;
   EXPECT_EQ(text_of(folder / "again.json"), text_of(folder / "heart.json"));
@@ -104,7 +104,7 @@ TEST(X3d, GetsFilesAsBoxesOfTheirSize) {
   ASSERT_EQ(there.exit_code, 0) << there.err;
   EXPECT_THAT(there.out, HasSubstr("no words for these keys of the volume \"a\", which are left "
                                    "out: rate."));
-  // 48 voxels of 8/3 mm at half their size; four frames at 5 a second.
+  // 48 voxels of 8/3 mm at half their size; four frames at 5 per second.
   EXPECT_THAT(text_of(folder / "a.x3d"),
               AllOf(HasSubstr("dimensions='0.064"), HasSubstr("cycleInterval='0.8'")));
 }
@@ -116,7 +116,7 @@ void write_raw(const std::string& file, const std::vector<T>& numbers) {
              std::streamsize(numbers.size() * sizeof(T)));
 }
 
-/// The samples of an image, once with a header and once without: the same scene.
+/// The samples of an image with a header and without one: the same scene.
 TEST(X3d, TakesSamplesWithoutAHeaderAsThoseWithOne) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;
@@ -158,11 +158,11 @@ TEST(X3d, TakesSamplesWithoutAHeaderAsThoseWithOne) {
   EXPECT_THAT(longer.err, HasSubstr("48 x 48 x 48 samples of 4 bytes"));
 }
 
-/// What flows along y in the file pushes along y in the scene.
+/// A flow along y in the file pushes along y in the scene.
 TEST(X3d, FeelsVectorsWithoutAHeaderAlongTheAxesOfTheScene) {
   const TemporaryFolder folder;
   std::vector<float> flow;
-  // Nothing at the border, which goes on outside: there the hand is free, and the force may begin.
+  // Zero at the border, which extends outside: there the hand is free and the start ramp can begin.
   const auto is_inside = [](int k) { return k > 0 && k < 7; };
   for (int z = 0; z < 8; ++z)
     for (int y = 0; y < 8; ++y)
@@ -206,7 +206,7 @@ TEST(X3d, SaysInOneSentenceWhatIsWrong) {
   const std::string scene = beating(folder);
   EXPECT_THAT(refusal({"convert", scene, folder / "a.txt"}), HasSubstr(".json nor .x3d"));
   EXPECT_THAT(refusal({"convert", "heart", folder / "a.x3d"}), HasSubstr("palpate phantom"));
-  // No output may be what a scene reads.
+  // No output may be a file that the scene reads.
   const std::string before = text_of(folder / "heart.seq.nrrd");
   EXPECT_THAT(refusal({"feel", scene, "--csv", folder / "heart.seq.nrrd"}), HasSubstr("lost"));
   EXPECT_THAT(refusal({"convert", scene, scene}), HasSubstr("lost"));

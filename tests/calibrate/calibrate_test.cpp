@@ -1,4 +1,4 @@
-// Calibration against a simulated room: known places, noise of 1 mm, a fifth of the samples wrong.
+// Calibration in a simulated room: known places, noise of 1 mm, a fifth of the samples wrong.
 
 #include "module/calibrate/calibrate.h"
 
@@ -15,10 +15,10 @@
 namespace palpate::test {
 namespace {
 
-/// The workspace that the error is promised over, m, about the device's origin.
+/// The workspace for which the error is guaranteed, m, about the device's origin.
 constexpr glm::dvec3 kWorkspace(0.160, 0.120, 0.070);
 
-/// RMS over a grid of places of the workspace.
+/// RMS error over a grid of places in the workspace.
 double error_over_workspace(const Pose& found, const Pose& truth, double* worst = nullptr) {
   double sum = 0.0, largest = 0.0;
   int count = 0;
@@ -74,10 +74,10 @@ TEST(LeastSquaresFit, FindsWhatWasPutInAndRefusesWhatIsNotTold) {
   for (size_t i = 0; i < truth.size(); ++i) EXPECT_NEAR((*found)[i], truth[i], 1e-12);
   LeastSquares same(2);
   for (int i = 0; i < 5; ++i) same.add(std::array{1.0, 2.0}, 3.0);
-  EXPECT_FALSE(same.solve()) << "only the sum is known";
+  EXPECT_FALSE(same.solve()) << "only the sum is determined";
   LeastSquares almost(2);
   for (int i = 0; i < 5; ++i) almost.add(std::array{1.0, 1.0 + 1e-7 * i}, 3.0);
-  EXPECT_FALSE(almost.solve()) << "their difference is known to rounding only";
+  EXPECT_FALSE(almost.solve()) << "the difference is determined to rounding only";
 }
 
 TEST(ThePrincipalAxes, OfATurnedBoxAreItsEdges) {
@@ -100,7 +100,7 @@ TEST(FitRigid, IsExactForExactPoints) {
     Dice dice(seed);
     const Pose truth = a_place(dice);
     const auto points = touched(dice, truth, 3 + int(seed % 10), 0.0, 0.0);
-    // Half turns among them: where formulas by Euler angles fail.
+    // Including half turns, at which formulas with Euler angles fail.
     EXPECT_LT(error_over_workspace(fit_rigid(points), truth), 1e-12) << "seed " << seed;
   }
 }
@@ -117,7 +117,7 @@ TEST(CalibrateByPoints, ReachesAThirdOfAMillimetreThroughNoiseAndSlips) {
     const double off = error_over_workspace(found->stage_from_device, truth);
     worst = std::max(worst, off);
     sum += off;
-    // No slip took part, and hardly any honest point was lost.
+    // No slip was used, and hardly any good point was lost.
     EXPECT_LE(found->used, 48 + 0) << "seed " << seed;
     EXPECT_GE(found->used, 44) << "seed " << seed;
     EXPECT_NEAR(found->rms_m, 1e-3, 0.3e-3) << "seed " << seed;
@@ -126,13 +126,13 @@ TEST(CalibrateByPoints, ReachesAThirdOfAMillimetreThroughNoiseAndSlips) {
   RecordProperty("worst_um", int(1e6 * worst));
   std::printf("60 touches: mean of 200 rooms %.3f mm, worst %.3f mm, RMS over the workspace\n",
               1e3 * sum / kSeeds, 1e3 * worst);
-  // Fitzpatrick's formula for 48 good points spread like the places asked for: 1 mm / sqrt(48) x
-  // sqrt(1 + 1) = 0.204 mm; a robust fit may lose a tenth of that.
+  // Fitzpatrick's formula for 48 good points with the spread of the requested places: 1 mm /
+  // sqrt(48) x sqrt(1 + 1) = 0.204 mm; a robust fit may be a tenth worse.
   EXPECT_LT(sum / kSeeds, 1.1 * 0.204e-3);
 }
 
 TEST(CalibrateByPoints, SaysWhatErrorIsToBeExpected) {
-  // The formula is about the mean of squares: over many rooms it must hold to sampling error.
+  // The formula is for the mean of squares: over many rooms it must hold within the sampling error.
   const glm::dvec3 corner = 0.5 * kWorkspace;
   double real = 0.0, expected = 0.0;
   constexpr int kRooms = 400;
@@ -180,7 +180,7 @@ TEST(CalibrateByPoints, SaysWhatIsWrongWithTheTouchedPoints) {
   EXPECT_NE(calibrate_by_points(points).error().message.find("not finite"), std::string::npos);
 }
 
-/// Half a minute of a hand that moves and turns a stylus through the workspace.
+/// Half a minute of a hand that moves and rotates a stylus through the workspace.
 struct Movement {
   std::vector<TipSample> tip;
   std::vector<ControllerSample> controller;
@@ -193,7 +193,8 @@ struct MovementOptions {
   double noise_rad = 0.3 * 3.14159265 / 180.0;  ///< RMS
   double share_wrong = 0.2;
   double delay_s = 0.03;
-  double turn_rad = 0.6;  ///< how far the stylus is turned to either side
+  /// How far the stylus is rotated to either side.
+  double turn_rad = 0.6;
   double seconds = 30.0;
 };
 
@@ -207,7 +208,7 @@ Movement move(Dice& dice, const MovementOptions& options) {
     f[i] = dice.draw(0.2, 0.7);
     phase[i] = dice.draw(0.0, 6.28);
   }
-  // Two waves an axis, so that no two axes move alike.
+  // Two waves per axis, so that no two axes have the same motion.
   const auto wave = [&](int i, double t) {
     return 0.5 * std::sin(6.283185307 * f[i] * t + phase[i]) +
            0.5 * std::sin(6.283185307 * f[i + 6] * t + phase[i + 6]);
@@ -221,7 +222,7 @@ Movement move(Dice& dice, const MovementOptions& options) {
   };
   for (double t = -0.2; t < options.seconds + 0.2; t += 1e-3)
     made.tip.push_back({t, tip(t) + dice.normal_vector(2e-5)});
-  // A tracker that loses itself does so for a while.
+  // A tracker that loses tracking does so for a while.
   int wrong_for = 0;
   glm::dvec3 jump(0.0);
   for (double t = 0.0; t < options.seconds; t += 1.0 / 90.0) {
@@ -233,7 +234,7 @@ Movement move(Dice& dice, const MovementOptions& options) {
         made.truth(tip(real)) - orientation * made.tip_in_controller +
             dice.normal_vector(options.noise_m / std::sqrt(3.0)),
         glm::normalize(dice.small_normal_turn(options.noise_rad / std::sqrt(3.0)) * orientation)};
-    // Spells of 10 samples: their beginnings are that much rarer.
+    // Wrong intervals have 10 samples, so their beginnings are that much rarer.
     if (wrong_for == 0 && dice.chance(options.share_wrong / (1.0 - options.share_wrong) / 10.0)) {
       wrong_for = 10;
       jump = dice.draw(0.01, 0.1) * glm::normalize(dice.normal_vector(1.0));
@@ -257,7 +258,7 @@ TEST(CalibrateByMovement, IsExactForExactData) {
     const Movement made = move(dice, options);
     const auto found = calibrate_by_movement(made.tip, made.controller);
     ASSERT_TRUE(found) << found.error().message;
-    // The tip's own noise is 0.02 mm per axis, a thousand times a second.
+    // The tip's own noise is 0.02 mm per axis, at a thousand samples per second.
     EXPECT_LT(error_over_workspace(found->stage_from_device, made.truth), 0.02e-3);
     EXPECT_NEAR(found->delay_s, delay, 0.1e-3);
     EXPECT_LT(glm::distance(found->controller_from_tip_m, made.tip_in_controller), 0.02e-3);
@@ -316,7 +317,7 @@ TEST(CalibrateByMovement, SaysWhatIsWrongWithTheMovement) {
   EXPECT_NE(message(back).find("do not rise"), std::string::npos);
 }
 
-/// A controller that is turned about its tip: tilted to all sides and rolled, as a wrist does.
+/// A controller that is rotated about its tip: tilted to all sides and rolled, as by a wrist.
 std::vector<ControllerSample> turned(Dice& dice, glm::dvec3 tip_m, glm::dvec3 place_m, int count,
                                      double tilt_rad, double noise_m, double noise_rad,
                                      double share_wrong) {
@@ -367,7 +368,7 @@ TEST(FindPivot, FindsTheTipThroughNoiseAndAFifthOfWildPoses) {
     EXPECT_LT(found->used, 400) << "seed " << seed;
   }
   std::printf("pivot: mean of 100 tips %.3f mm, worst %.3f mm\n", 1e3 * sum / kSeeds, 1e3 * worst);
-  // What a dozen touches with 1 mm of noise leave is 0.3 mm: the tip must not be the weaker part.
+  // A dozen touches with 1 mm of noise have an error of 0.3 mm: the tip's error must not be larger.
   EXPECT_LT(worst, 0.3e-3);
 }
 

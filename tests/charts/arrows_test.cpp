@@ -1,6 +1,6 @@
 // The oracle is the patient: a motion to the left must point to the right of an axial picture. The
-// pictures are of one slice, so that each holds one view, and of a motion that is large at the
-// middle only, so that few arrows are drawn.
+// pictures have one slice, so that each has one view, and a motion that is large only in the
+// middle, so that few arrows are drawn.
 
 #include <gtest/gtest.h>
 
@@ -12,9 +12,9 @@
 namespace palpate::charts {
 namespace {
 
-// An arrow of 10 mm on a picture of 128 mm and 400 px is 31 px long at stretch 1; its opposite
-// starts at the same point, so that centres of the two lie about one length apart. Half of it tells
-// them apart for sure.
+// An arrow of 10 mm on a picture of 128 mm and 400 px is 31 px long at stretch 1. Its opposite
+// starts at the same point, so the centres of the two are about one length apart. Half of that is a
+// clear difference.
 constexpr double kClearlyApartPx = 12.0;
 
 ReadPicture picture_of(const Grid& grid, glm::dvec3 motion_mm) {
@@ -28,7 +28,7 @@ ReadPicture picture_of(const Grid& grid, glm::dvec3 motion_mm) {
   return read_png(file.path());
 }
 
-// How the arrow of a motion differs on the page from that of its opposite.
+// The difference on the page between the arrow of a motion and that of the opposite motion.
 glm::dvec2 direction_on_page(const Grid& grid, glm::dvec3 motion_mm) {
   const ReadPicture there = picture_of(grid, motion_mm);
   const ReadPicture back = picture_of(grid, -motion_mm);
@@ -85,11 +85,12 @@ TEST(Arrows, FollowThePatientAndNotTheIndexWhenTheGridIsTurned) {
 }
 
 TEST(Arrows, HaveTheirTrueLengthWhereVoxelsAreUneven) {
-  // 8 mm along i is 2 voxels, along j 8: both must be equally long on the page.
+  // 8 mm are 2 voxels along i and 8 along j: both arrows must have the same length on the page.
   const Grid grid = centred_grid({32, 128, 1}, {4.0, 1.0, 3.0});
   const double across = direction_on_page(grid, {8, 0, 0}).x;
   const double down = direction_on_page(grid, {0, 8, 0}).y;
-  EXPECT_NEAR(across / down, 1.0, 0.15);  // arrows are some 25 px, and their pixels are whole
+  // Arrows are about 25 px long, with whole pixels.
+  EXPECT_NEAR(across / down, 1.0, 0.15);
 }
 
 TEST(Frame, ShowsThePatientsLeftOnTheRightWhenTheGridIsTurned) {

@@ -10,7 +10,7 @@
 namespace palpate::charts {
 namespace {
 
-// CIE lightness of an sRGB colour, the oracle written the other way round than the code.
+// CIE lightness of an sRGB colour: the inverse of the formula in the code.
 double lightness(Color color) {
   const auto linear = [](double v) {
     return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
@@ -25,7 +25,8 @@ TEST_P(StraightMap, IsALineInLightness) {
   const double first = lightness(color_at(GetParam(), 0.0));
   const double last = lightness(color_at(GetParam(), 1.0));
   for (double t = 0.0; t <= 1.0; t += 1.0 / 64.0) {
-    // 2 of 100: the rounding of the screen's matrix and its edge; one step just seen is about 2.3.
+    // 2 of 100: the rounding of the screen's matrix and its edge; a difference of about 2.3 is just
+    // visible.
     EXPECT_NEAR(lightness(color_at(GetParam(), t)), first + t * (last - first), 2.0) << t;
   }
   EXPECT_GT(std::abs(last - first), 45.0);

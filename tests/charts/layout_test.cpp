@@ -9,7 +9,7 @@
 namespace palpate::charts {
 namespace {
 
-// Where on the page, relative to the middle of its panel, a point lies that is 10 mm off in a
+// The place on the page, relative to the middle of its panel, of a point that is 10 mm away in a
 // direction.
 glm::dvec2 page_step(View view, glm::dvec3 mm) {
   Panel panel;
@@ -64,7 +64,7 @@ TEST(Views, KeepMillimetresSquareForUnevenVoxels) {
   ASSERT_EQ(layout.panels.size(), 3u);
   for (size_t row = 0; row < 3; ++row) {
     const glm::dvec2 mm = layout.panels[row][0].size_px / layout.px_per_mm;
-    // Panels are whole pixels.
+    // Panels have whole pixels.
     EXPECT_NEAR(mm.x, expected_mm[row].x, 1.0 / layout.px_per_mm);
     EXPECT_NEAR(mm.y, expected_mm[row].y, 1.0 / layout.px_per_mm);
   }

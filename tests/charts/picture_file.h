@@ -12,23 +12,24 @@
 
 namespace palpate::charts {
 
-/// A PNG read back. Empty if there is no such file or it is no picture.
+/// A PNG that was read. Empty if there is no such file or it is not a picture.
 struct ReadPicture {
   int width = 0;
   int height = 0;
   std::vector<uint32_t> pixels;  ///< 0xXXRRGGBB
 
   glm::ivec3 rgb(int x, int y) const;
-  /// A strong colour, as arrows have and frames and text do not.
+  /// A strong colour, as of arrows; frames and text have none.
   bool colored(int x, int y) const;
 };
 
 ReadPicture read_png(const std::string& path);
 
-/// Where (pixels) the strong colours of `one` are that `other` does not have; count in *count.
+/// The centre (pixels) of the strong colours of `one` that `other` does not have; their number in
+/// *count.
 glm::dvec2 centre_of_new_colors(const ReadPicture& one, const ReadPicture& other, int* count);
 
-/// A file of this test that is gone at the end of the test.
+/// A file of this test that is removed at its end.
 class ScratchFile {
  public:
   explicit ScratchFile(const std::string& name);
@@ -41,7 +42,7 @@ class ScratchFile {
   std::string path_;
 };
 
-/// A grid about the LPS origin.
+/// A grid centred on the LPS origin.
 Grid centred_grid(glm::ivec3 size, glm::dvec3 spacing_mm, glm::dmat3 direction = glm::dmat3(1.0));
 
 Volume filled_volume(const Grid& grid, const std::function<float(glm::dvec3 lps_mm)>& value_at);

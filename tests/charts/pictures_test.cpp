@@ -28,7 +28,7 @@ Confidence full_confidence(const Grid& grid) {
   return {grid, std::vector<float>(grid.count(), 1.0f)};
 }
 
-// Every kind of picture from one pair; each must be written and be a picture.
+// Every kind of picture of one pair; each must be written and must be a valid picture.
 void expect_all_pictures(const Volume& fixed, const Volume& moving, const Field& field) {
   const ScratchFile file("all.png");
   const Confidence sure = full_confidence(field.grid);
@@ -150,7 +150,7 @@ TEST_F(PairPictures, ShowAFoldInRedAndNoneWhereThereIsNone) {
   };
   ASSERT_TRUE(write_carried_lattice(file.path(), field_, fixed_, {"Title", ""}));
   EXPECT_EQ(red_pixels(), 0);
-  // x - 1.5 x turns every axis over: det = -0.125.
+  // x - 1.5 x inverts every axis: det = -0.125.
   ASSERT_TRUE(write_carried_lattice(file.path(), growth(grid_, -1.5), fixed_, {"Title", ""}));
   EXPECT_GT(red_pixels(), 1000);
 }
@@ -174,7 +174,7 @@ TEST_F(PairPictures, FocusIsWhereTheMotionIs) {
     const glm::dvec3 r = x - place;
     return glm::dvec3(5.0, 0.0, 0.0) * std::exp(-0.5 * glm::dot(r, r) / 9.0);
   });
-  // The bump lies well inside, so that its mean is its middle but for sampling it at 2 mm.
+  // The bump is well inside, so that its mean is its middle, except for the sampling at 2 mm.
   EXPECT_LT(glm::length(focus_of(local) - place), 0.2);
   EXPECT_LT(glm::length(focus_of(still_field(grid_))), 1e-9);
 }
@@ -213,7 +213,7 @@ TEST_F(PairPictures, SayWhenTheyCanNotBeWritten) {
 }
 
 TEST_F(PairPictures, LeaveNothingBehindWhenTheDiskIsFull) {
-  // /dev/full takes the place of a full disk: every write fails, the open does not.
+  // /dev/full simulates a full disk: every write fails, opening does not.
   const ScratchFile link("full.png");
   const std::string partial = link.path() + ".partial-" + std::to_string(::getpid());
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";

@@ -57,11 +57,11 @@ TEST(Timeline, KeepsAPeakOfOneSampleAmongAHundredThousand) {
   Timeline timeline = flat(100'000);
   ASSERT_TRUE(write_timeline(file.path(), timeline));
   const glm::ivec2 without = colored_rows(read_png(file.path()));
-  // In the middle of the hundred or so samples of a pixel, neither its first nor its last.
+  // In the middle of the about one hundred samples of a pixel, neither the first nor the last one.
   timeline.strips[0].curves[0].values[54'380] = 9.0;
   ASSERT_TRUE(write_timeline(file.path(), timeline));
   const glm::ivec2 with = colored_rows(read_png(file.path()));
-  // The strip is some 200 px high and shows 10 N: 8 N more must be far higher.
+  // The strip is about 200 px high and shows 10 N: 8 N more must be far higher.
   EXPECT_LT(with.x, without.x - 100);
   EXPECT_EQ(with.y, without.y);
 }
@@ -79,7 +79,7 @@ TEST(Timeline, LeavesAGapWhereAValueIsNoNumber) {
   int lost = 0;
   for (int x = 0; x < whole.width; ++x)
     lost += whole.colored(x, row) && !with_gap.colored(x, row) ? 1 : 0;
-  // A fifth of the axis, which is most of the page's 1000 px.
+  // A fifth of the axis, which has most of the page's 1000 px.
   EXPECT_GT(lost, 120);
   EXPECT_LT(lost, 220);
 }

@@ -26,7 +26,7 @@ import zlib
 from pathlib import Path
 
 WHICH, COHORT, PALPATE, SHARED, SLURM_ROOT = (sys.argv[1:] + [""] * 2)[:5]
-# The build folder in the place of palpate.
+# The build folder, as palpate's folder.
 BUILD = PALPATE
 # From Linux's sys/prctl.h.
 PR_SET_CHILD_SUBREAPER = 36
@@ -203,7 +203,7 @@ def goes_on_where_it_stopped_and_repeats_nothing(folder: Path) -> None:
     second = run(folder, "out", "--jobs", "2")
     check(second.returncode == 4, f"{second.returncode} {second.stdout} {second.stderr}")
     after = written(folder / "out")
-    # The one that ran when it was killed may be done but not known to be.
+    # The job that ran at that time may be finished without a record of it.
     repeated = [name for name, then in before.items() if after[name] != then]
     check(len(repeated) <= 1, f"what was done is not done again: {repeated}")
     found = states(folder / "out")
@@ -221,7 +221,7 @@ def goes_on_where_it_stopped_and_repeats_nothing(folder: Path) -> None:
 
     third = run(folder, "out", "--jobs", "2")
     check(third.returncode == 4 and written(folder / "out") == after, "a third run does nothing")
-    # What is mended is done, and what was removed; nothing else.
+    # Jobs whose fault was corrected run again, and those whose result was removed; no others.
     shutil.rmtree(folder / "out" / "pair_00")
     header, voxels = read_mha(Path(SHARED) / "lung" / "pair_moving.mha")
     write_part(folder / "moving_07.mha", header, voxels, (20, 40, 30), 40)
@@ -233,14 +233,14 @@ def goes_on_where_it_stopped_and_repeats_nothing(folder: Path) -> None:
 
 def what_a_machine_loses_is_begun_again(folder: Path) -> None:
     make_pairs(folder, 2, 32)
-    # A palpate that is killed the first time it is called for a pair.
+    # A palpate that is killed in its first call for a pair.
     fake = program(folder / "palpate", f'case "$*" in *fixed_01*) if mkdir "{folder}/killed" 2>/dev/null; then kill -9 $$; fi ;; esac\n'
                    f'exec "{PALPATE}" "$@"\n')
     done = run(folder, "out", "--no-pictures", "--palpate", fake)
     check(done.returncode in (0, 3, 4), f"{done.returncode} {done.stderr}")
     status = json.loads((folder / "out" / "pair_01" / "status.json").read_text())
     check(status["attempt"] == 2 and status["state"] != "lost", f"{status}")
-    # One that never comes to its end is not tried for ever, and the others are done.
+    # A job that never ends is not tried for ever, and the others are done.
     program(Path(fake), f'case "$*" in *fixed_01*) kill -9 $$ ;; esac\nexec "{PALPATE}" "$@"\n')
     done = run(folder, "lost", "--no-pictures", "--retries", "1", "--palpate", fake)
     found = rows(folder / "lost")
@@ -254,7 +254,7 @@ def a_job_that_is_killed_as_a_whole_is_in_the_table(folder: Path) -> None:
     make_pairs(folder, 2, 32)
     done = run(folder, "out {1}", "--no-pictures")
     check(done.returncode in (0, 3, 4), f"{done.returncode} {done.stderr}")
-    # The script that would say how palpate ended is killed too; and while work goes on, the earlier table is there.
+    # The script that would report how palpate ended is killed too; while work goes on, the earlier table is kept.
     fake = program(folder / "palpate", f'[ -e "{folder}/out {{1}}/cohort.csv" ] || touch "{folder}/no table"\nkill -9 $PPID\n')
     shutil.copy(folder / "moving_00.mha", folder / "moving_01.mha")
     done = run(folder, "out {1}", "--no-pictures", "--retries", "1", "--palpate", fake)
@@ -264,7 +264,7 @@ def a_job_that_is_killed_as_a_whole_is_in_the_table(folder: Path) -> None:
     check(all(f"Attempt {n} on {socket.gethostname()}: its process ended with exit status 137, signal 9 (Killed)." in lost["reasons"]
               for n in (1, 2)), f"{lost}")
     check("<b>pair_01</b>" in (folder / "out {1}" / "cohort.html").read_text(), "the page shows it")
-    # That was its answer, until its line changes.
+    # That was its result, until its line changes.
     before = written(folder / "out {1}")
     check(run(folder, "out {1}", "--no-pictures").returncode == 4 and written(folder / "out {1}") == before, "it is not begun again by itself")
     table = folder / "table.csv"
@@ -276,7 +276,7 @@ def a_job_that_is_killed_as_a_whole_is_in_the_table(folder: Path) -> None:
 
 def a_signal_ends_all_of_it(folder: Path) -> None:
     make_pairs(folder, 2, 32)
-    # Works for a long time, where this test finds it.
+    # Runs for a long time; the test can find the process.
     fake = program(folder / "palpate", f'echo $$ >"{folder}/new"; mv "{folder}/new" "{folder}/pid"\nexec sleep 600\n')
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
         work = start(folder, "out", "--palpate", fake)
@@ -296,7 +296,7 @@ def a_signal_ends_all_of_it(folder: Path) -> None:
 
 def only_one_works_in_a_folder(folder: Path) -> None:
     make_pairs(folder, 1, 32)
-    # A Snakemake that takes its time to end its jobs.
+    # A Snakemake that takes long to end its jobs.
     (folder / "bin").mkdir()
     program(folder / "bin" / "snakemake", f'trap "touch \\"{folder}/asked\\"" INT\necho $$ >"{folder}/new"; mv "{folder}/new" "{folder}/pid"\n'
             f'until [ -e "{folder}/go" ]; do sleep 0.1; done\nexit 1\n')
@@ -506,7 +506,7 @@ def running_slurm():
     root = subprocess.run([SLURM_ROOT], capture_output=True, text=True, check=False)
     if root.returncode:
         skip(root.stderr.strip().splitlines()[-1].removeprefix("SKIPPED: ") if root.stderr.strip() else "Slurm can not be fetched")
-    # slurm.conf can not name a path with blanks.
+    # slurm.conf can not contain a path with blanks.
     with tempfile.TemporaryDirectory(prefix="slurm-") as folder:
         slurm = Slurm(Path(folder).resolve(), Path(root.stdout.strip()))
         try:
@@ -520,7 +520,8 @@ def running_slurm():
 
 def slurm_says_how_a_job_was_killed(folder: Path) -> None:
     make_pairs(folder, 3, 32)
-    # Cancelled, as a time limit ends a job: in it there is time for a word. And killed from the batch script down: only Slurm knows.
+    # Cancelled, as when a time limit ends a job: the job has time to write a message. Then killed from the batch script down: only Slurm has a record
+    # of this.
     fake = program(folder / "palpate", f"""case "$*" in
 *fixed_01*)
   pid=$PPID all=
@@ -539,13 +540,13 @@ exec "{PALPATE}" "$@"
         done = run(folder, "out {1}", "--palpate", fake, *options, environment=slurm.environment)
         found = rows(folder / "out {1}")
         check(done.returncode == 4 and found["pair_00"]["state"] != "lost", f"{done.returncode} {done.stdout} {done.stderr} {found}")
-        # Slurm sends the signal to palpate and to what waits for it, in any order: "stopped by" or "palpate was killed by".
+        # Slurm sends the signal to palpate and to the process that waits for it, in any order: "stopped by" or "palpate was killed by".
         for name, words in (("pair_01", "Slurm says FAILED (signal 9) of job"),
                             ("pair_02", "ed by signal 15 (Terminated); Slurm says CANCELLED (signal 15) of job")):
             reasons = found[name]["reasons"]
             check(found[name]["state"] == "lost" and all(f"Attempt {n} on" in reasons for n in (1, 2)), f"{found[name]}")
             check(reasons.count(words) == 2, f"{found[name]}")
-        # A job that Slurm does not take is none that a machine lost.
+        # A job that Slurm does not accept does not count as lost by a machine.
         done = run(folder, "refused", *options, "--slurm-options", "--partition nowhere", environment=slurm.environment)
         found = states(folder / "refused")
         check(done.returncode == 1 and set(found.values()) == {"left"} and len(found) == 3, f"{done.returncode} {done.stdout} {done.stderr} {found}")
@@ -567,7 +568,7 @@ def a_signal_cancels_the_jobs(folder: Path) -> None:
         said = work.communicate(timeout=120)[0]
         check(work.returncode == 143 and "3 not done yet" in said, f"{work.returncode} {said}")
         wait_for(lambda: not jobs(), f"no job is left: {jobs()}")
-        # Being cancelled was no attempt: none is left for a sequence that fails.
+        # A cancelled run does not count as an attempt: a sequence that fails has no attempt left.
         done = run(folder, "out", "--no-pictures", "--slurm", "--jobs", "3", "--memory-mb", "100", "--retries", "0", environment=slurm.environment)
         found = rows(folder / "out")
         check(done.returncode in (0, 3, 4) and all(row["attempt"] == "1" for row in found.values()),
@@ -588,7 +589,7 @@ def jobs_that_nobody_waits_for_are_not_doubled(folder: Path) -> None:
             return sorted(told.stdout.split())
 
         wait_for(lambda: len(queued()) == 2, "both are jobs")
-        # As when the power of the machine goes that Snakemake runs on, but not that of the nodes.
+        # As when the machine on which Snakemake runs loses power, but not the nodes.
         kill_with_children(work.pid)
         work.communicate()
         before = queued()

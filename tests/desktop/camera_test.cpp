@@ -1,4 +1,4 @@
-// Oracle: the geometry of a ball and a cone, written out; and what must hold for any camera.
+// Oracle: the geometry of a ball and a cone, and properties of every camera.
 
 #include "integration/desktop/camera.h"
 
@@ -14,11 +14,12 @@
 namespace palpate::desktop {
 namespace {
 
-constexpr double kRounding = 1e-12;  // of a handful of double operations on numbers of about 1
+// Of a few double operations on numbers of about 1.
+constexpr double kRounding = 1e-12;
 
 TEST(Camera, SeesTheWholeBallAtFirst) {
   const Camera camera = camera_before({0.1, -0.2, 0.3}, 0.05);
-  // The ball's silhouette is seen at asin(r / d), within half the picture's angle.
+  // The ball's silhouette is at an angle of asin(r / d), within half the picture's angle.
   const double half_angle = std::asin(0.05 / camera.distance_m);
   EXPECT_LT(half_angle, 0.5 * camera.height_angle);
   EXPECT_GT(half_angle, 0.8 * 0.5 * camera.height_angle) << "it fills the picture";
@@ -34,7 +35,7 @@ TEST(Camera, LooksAtItsTargetFromItsDistanceWhereverItIs) {
     EXPECT_NEAR(glm::distance(eye.position_m, camera.target_m), camera.distance_m, kRounding) << k;
     const InPicture seen = cursor_over(eye, camera.target_m);
     EXPECT_NEAR(glm::length(seen), 0.0, 1e-9) << k;
-    // Upright: the eye's own x axis is level.
+    // Upright: the eye's own x axis is horizontal.
     EXPECT_NEAR((eye.orientation * glm::dvec3(1.0, 0.0, 0.0)).y, 0.0, kRounding) << k;
     EXPECT_LE(std::abs(camera.elevation), kSteepest) << k;
     EXPECT_LE(std::abs(camera.azimuth), std::numbers::pi) << k;

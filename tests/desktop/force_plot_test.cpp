@@ -1,4 +1,4 @@
-// Oracle: colours counted in what was drawn.
+// Oracle: colours counted in the drawn picture.
 
 #include "integration/desktop/force_plot.h"
 
@@ -12,10 +12,10 @@
 namespace palpate::desktop {
 namespace {
 
-/// The highest row in which a column has the curve's own colour (orange, and not see-through):
-/// height where there is none.
+/// The highest row in which a column has the curve's own colour (opaque orange); height if there is
+/// none.
 int curve_row(const charts::Bitmap& raster, int column) {
-  // Below the numbers of the head, which have the same colour.
+  // Below the numbers at the top, which have the same colour.
   for (int row = 30; row < raster.height; ++row) {
     const uint32_t pixel = raster.pixels[size_t(row * raster.width + column)];
     const int r = int(pixel >> 16 & 255), b = int(pixel & 255);

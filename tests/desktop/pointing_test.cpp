@@ -1,4 +1,4 @@
-// Oracle: an eye at the origin, where the geometry can be read off; then properties for any eye.
+// Oracle: an eye at the origin, with simple geometry; then properties for any eye.
 
 #include "integration/desktop/pointing.h"
 
@@ -11,7 +11,8 @@
 namespace palpate::desktop {
 namespace {
 
-constexpr double kPointingRounding = 1e-12;  // metres, of a handful of double operations
+// Metres, of a few double operations.
+constexpr double kPointingRounding = 1e-12;
 
 void expect_near(glm::dvec3 a, glm::dvec3 b, double within) {
   EXPECT_LE(glm::distance(a, b), within)
@@ -50,12 +51,12 @@ TEST(Pointing, MovesInThePlaneOfThePictureAndTheWheelInAndOut) {
   Pointing pointing(glm::dvec3(0.0));
   pointing.point(eye, {0.3, -0.2}, 0.0);
   const glm::dvec3 moved = pointing.place_m();
-  EXPECT_NEAR(glm::dot(moved, ahead), 0.0, kPointingRounding) << "the depth is what it was";
+  EXPECT_NEAR(glm::dot(moved, ahead), 0.0, kPointingRounding) << "the depth has changed";
   EXPECT_LE(glm::distance(cursor_over(eye, moved), InPicture(0.3, -0.2)), 1e-9);
   pointing.point(eye, {0.3, -0.2}, 0.01);
   EXPECT_NEAR(glm::dot(pointing.place_m(), ahead), 0.01, kPointingRounding);
   EXPECT_LE(glm::distance(cursor_over(eye, pointing.place_m()), InPicture(0.3, -0.2)), 1e-9)
-      << "what is pressed is what is under the cursor";
+      << "the pressed place is not under the cursor";
   pointing.point(eye, {0.3, -0.2}, -0.01);
   expect_near(pointing.place_m(), moved, kPointingRounding);
 }
@@ -70,7 +71,8 @@ TEST(Pointing, StaysInTheWorldWhileTheViewTurnsAndGoesOnFromThere) {
   pointing.keep(after, {0.4, 0.0});
   expect_near(pointing.place_m(), held, 0.0);
   pointing.point(after, {0.4, 0.0}, 0.0);
-  expect_near(pointing.place_m(), held, kPointingRounding);  // no jump when the hand goes on
+  // No jump when the hand moves on.
+  expect_near(pointing.place_m(), held, kPointingRounding);
   const InPicture seen = cursor_over(after, held);
   pointing.point(after, {0.5, 0.1}, 0.0);
   EXPECT_LE(glm::distance(cursor_over(after, pointing.place_m()), seen + InPicture(0.1, 0.1)),

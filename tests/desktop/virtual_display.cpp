@@ -13,13 +13,14 @@
 namespace palpate::test {
 namespace {
 
-constexpr int kPatience_ms = 30'000;  // a busy machine's, not a wish
+// A limit for busy machines.
+constexpr int kPatience_ms = 30'000;
 
 bool is_there(const std::string& program) {
   return std::system(("command -v " + program + " > /dev/null").c_str()) == 0;
 }
 
-/// What Xvfb writes once it can be used: its number. Empty if it does not come up.
+/// The display number, which Xvfb writes when it is ready. Empty if it does not start.
 std::string number_from(int pipe) {
   std::string number;
   pollfd ready{pipe, POLLIN, 0};

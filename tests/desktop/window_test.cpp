@@ -1,5 +1,5 @@
-// The real window on a screen that is not there (Xvfb), with a mouse that nobody holds (xdotool).
-// Oracle: the colours that were given, found again on the screen.
+// The real window on a virtual screen (Xvfb), with a mouse that xdotool moves. Oracle: the colours
+// of the picture, read from the screen.
 
 #include "integration/desktop/window.h"
 
@@ -22,7 +22,8 @@ namespace {
 using test::Screenshot;
 using test::VirtualDisplay;
 
-/// Left half red, right half blue, its upper half brighter: which way is up and right can be seen.
+/// Left half red, right half blue, with a brighter upper half: any exchange of directions is
+/// visible.
 Picture quarters(int width, int height) {
   Picture picture;
   picture.width = width;
@@ -47,7 +48,7 @@ class OnAScreen : public ::testing::Test {
   }
   void TearDown() override { window_.reset(); }
 
-  /// Shows until `done` says so, up to a patient time: events take their own.
+  /// Shows the picture until `done` is true, for a limited time: events arrive with a delay.
   template <class Done>
   bool show_until(const Picture& picture, Done done, std::span<const Overlay> overlays = {}) {
     for (int k = 0; k < 600; ++k) {
@@ -57,7 +58,8 @@ class OnAScreen : public ::testing::Test {
     }
     return false;
   }
-  /// Where a place of the window is on the screen: there is no one who would move it.
+  /// The command that moves the mouse to a place of the window. Without a window manager the
+  /// window's place on the screen does not change.
   static std::string to(int x, int y) {
     return "mousemove " + std::to_string(x) + " " + std::to_string(y);
   }
@@ -91,7 +93,7 @@ TEST_F(OnAScreen, LaysOverlaysOverThePicture) {
                                 },
                                 {&overlay, 1});
   ASSERT_TRUE(shown);
-  // 128 of white over 240, 0, 0 of which 127 of 255 are left: 247.5, 128, 128; rounding either way.
+  // 128 of white over 240, 0, 0, of which 127 of 255 remain: 247.5, 128, 128, rounded up or down.
   EXPECT_NEAR(double(shot.at(60, 35) >> 16), 247.5, 1.0);
   EXPECT_NEAR(double(shot.at(60, 35) & 255), 128.0, 1.0);
   EXPECT_EQ(shot.at(49, 35), 0xF00000u);
@@ -145,7 +147,7 @@ TEST_F(OnAScreen, HearsWheelButtonsAndKeys) {
   ASSERT_TRUE(display_->act(to(320, 240) + " click --repeat 3 4"));
   double wheel = 0.0;
   EXPECT_TRUE(show_until(picture, [&](const Input& now) { return (wheel += now.wheel) >= 3.0; }));
-  EXPECT_EQ(wheel, 3.0) << "away from the person is positive";
+  EXPECT_EQ(wheel, 3.0) << "away from the user must be positive";
   ASSERT_TRUE(display_->act("mousedown 1"));
   EXPECT_TRUE(show_until(picture, [](const Input& now) { return now.left && !now.right; }));
   ASSERT_TRUE(display_->act("mouseup 1 mousedown 3"));
@@ -179,7 +181,7 @@ TEST_F(OnAScreen, LetsTheMouseMoveTheProbeTheRightWay) {
   PositionSource probe;
   int64_t now_ns = 0;
   glm::dvec3 at(0.0);
-  // A hand as the app has it: polled with the frames, exchanged a thousand times a second.
+  // A hand as in the program: polled with the frames, exchanged a thousand times per second.
   const auto settle_at = [&](const std::string& deed, glm::dvec3 expected) {
     EXPECT_TRUE(display_->act(deed));
     const bool came = show_until(picture, [&](const Input& input) {

@@ -5,8 +5,8 @@
 
 namespace palpate::devices::test {
 
-/// While it lives, this thread and those it starts open files as an ordinary user would: root may
-/// open everything, and the tests may run as root.
+/// During its life this thread, and threads that it starts, open files as an ordinary user: root
+/// may open everything, and the tests may run as root.
 class AsNobody {
  public:
   AsNobody() {

@@ -10,7 +10,8 @@ namespace {
 
 constexpr int kPacketBaud = 0x0002, kLoaderBaud = 0x4138, kImageBaud = 0x0015;
 constexpr uint8_t kModemStatus = 0x01, kLineStatus = 0x60;
-constexpr int kFarOut = 900, kFarIn = -900;  // counts beyond which all marks have gone by
+// Counts beyond which all index marks have been passed.
+constexpr int kFarOut = 900, kFarIn = -900;
 
 int number(const Bytes& packet, size_t at) {
   int value = 0;
@@ -91,7 +92,8 @@ void EmulatedFalcon::power_cycle() {
   was_out_.fill(false);
   buffer_.clear();
   coming_.clear();
-  received_.emplace_back();  // motors without power hold nothing
+  // Motors without power give no force.
+  received_.emplace_back();
 }
 
 void EmulatedFalcon::set(Faults faults) {
@@ -181,7 +183,8 @@ int EmulatedFalcon::take(const Bytes& bytes) {
     load(bytes);
     return 0;
   }
-  if (baud_ != kPacketBaud) return 0;  // it hears noise
+  // At another rate the bytes are noise.
+  if (baud_ != kPacketBaud) return 0;
   commands_.insert(commands_.end(), bytes.begin(), bytes.end());
   obey();
   return 0;
@@ -191,7 +194,8 @@ void EmulatedFalcon::load(const Bytes& bytes) {
   if (baud_ == kLoaderBaud && bytes == Bytes{0x0a, 0x43, 0x0d} && dtr_) {
     if (faults_.failing_uploads > 0) {
       --faults_.failing_uploads;
-      say({0x00, 0x17}, 0);  // what a real one gives for wrong bits
+      // A real one sends this for wrong bits.
+      say({0x00, 0x17}, 0);
       return;
     }
     greeted_ = true;
@@ -241,7 +245,8 @@ void EmulatedFalcon::obey() {
   }
 }
 
-/// Marks are found on a whole way in after a whole way out, with the homing bit in every packet.
+/// An index mark is found after the arm was all the way out and then all the way in, with the
+/// homing bit in every packet.
 void EmulatedFalcon::home(bool homing) {
   for (size_t e = 0; e < 3; ++e) {
     if (homed_[e]) continue;
@@ -279,7 +284,7 @@ void EmulatedFalcon::say(const Bytes& bytes, int64_t delay_ns) {
 int64_t EmulatedFalcon::serve(int64_t now_ns) {
   while (!coming_.empty() && coming_.front().first <= now_ns) {
     for (const uint8_t byte : coming_.front().second) {
-      // The event character does nothing as the first byte.
+      // The event character has no effect as the first byte.
       flush_ |= int(byte) == event_character_ && !buffer_.empty();
       buffer_.push_back(byte);
     }

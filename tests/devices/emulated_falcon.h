@@ -9,7 +9,7 @@
 
 namespace palpate::devices::test {
 
-/// A Falcon as its protocol describes it, written apart from the code under test: the serial
+/// A Falcon as its protocol describes it, written independently of the code under test: the serial
 /// converter with its status bytes, 62-byte payloads, latency timer and event character; the boot
 /// loader; the firmware with packets, homing and encoders.
 class EmulatedFalcon : public EmulatedDevice, public EmulatedHand {
@@ -17,41 +17,46 @@ class EmulatedFalcon : public EmulatedDevice, public EmulatedHand {
   struct Options {
     std::string product_name = "FALCON HAPTIC";
     int port = 1;
-    bool firmware = true;  ///< runs already
+    /// Whether the firmware runs already.
+    bool firmware = true;
     bool homed = true;
-    Bytes image;                  ///< what its loader takes for good
+    /// The image that its loader accepts.
+    Bytes image;
     int64_t answer_delay_ns = 0;  ///< wire and firmware, from command to answer
   };
   explicit EmulatedFalcon(Options options);
   EmulatedFalcon() : EmulatedFalcon(Options()) {}
   ~EmulatedFalcon() override { stop(); }
 
-  /// A command as the device understood it.
+  /// A command as the device decoded it.
   struct Received {
     std::array<int, 3> motors{};
     int lights = 0;
     bool homing = false;
     bool pushes() const { return motors != std::array<int, 3>{}; }
   };
-  /// Since it was made; the newest last.
+  /// All commands so far; the newest last.
   std::vector<Received> received() const;
   Received last() const;
   size_t received_count() const override;
   bool pushed(size_t command) const override;
-  size_t malformed() const;  ///< bytes that were no command
+  /// Bytes that were no command.
+  size_t malformed() const;
 
   using EmulatedDevice::place;
-  /// Puts the grip somewhere.
+  /// Moves the grip to a place.
   void place(glm::dvec3 position) override;
   void set_counts(std::array<int, 3> counts);
   std::array<int, 3> counts() const;
   void press(int buttons);
   void lose_homing();
-  void power_cycle();  ///< its firmware is gone with the power; it stays plugged in
+  /// The firmware is lost with the power; it stays plugged in.
+  void power_cycle();
 
-  /// What goes wrong. Each stays until it is changed.
+  /// Faults. Each stays until it is changed.
   struct Faults {
-    bool silent = false;                       ///< takes commands, gives no answers
+    /// Takes commands, sends no answers.
+    bool silent = false;
     bool stall_in = false, stall_out = false;  ///< until the halt is cleared
     bool stalls_for_good = false;              ///< clearing does not help
     bool refuses_commands = false;             ///< the OUT endpoint never takes them
@@ -60,13 +65,15 @@ class EmulatedFalcon : public EmulatedDevice, public EmulatedHand {
     bool ends_with_error = false;              ///< reads end with a bus error
     bool mute_status = false;                  ///< not even the status bytes come
     int stuck_encoder = -1;
-    int failing_uploads = 0;             ///< so many greetings of the loader fail
-    size_t packet_limit = 62;            ///< payload of one packet: smaller splits answers
-    std::function<Bytes(Bytes)> mangle;  ///< what becomes of an answer
+    /// So many greetings of the loader fail.
+    int failing_uploads = 0;
+    size_t packet_limit = 62;  ///< payload of one packet: smaller splits answers
+    /// Changes each answer.
+    std::function<Bytes(Bytes)> mangle;
   };
   void set(Faults faults);
   void change(const std::function<void(Faults&)>& change);
-  /// The next answers take this much longer each.
+  /// Each of the next answers is delayed by its own time.
   void delay_next(std::deque<int64_t> delays_ns);
 
   int uploads() const;
@@ -98,10 +105,13 @@ class EmulatedFalcon : public EmulatedDevice, public EmulatedHand {
   int baud_ = 0, latency_ms_ = 16, event_character_ = -1;
   bool dtr_ = true, flush_ = false;
   int64_t last_packet_ns_ = 0;
-  std::deque<std::pair<int64_t, Bytes>> coming_;  ///< on the wire: when they are in
-  Bytes buffer_;                                  ///< in the chip, for the host
-  std::deque<int64_t> delays_ns_;                 ///< of the next answers
-  Bytes commands_;                                ///< from the host, not yet a whole packet
+  /// On the wire, with the time of arrival.
+  std::deque<std::pair<int64_t, Bytes>> coming_;
+  /// In the chip, for the host.
+  Bytes buffer_;
+  std::deque<int64_t> delays_ns_;  ///< of the next answers
+  /// From the host, not yet a whole packet.
+  Bytes commands_;
 
   // the firmware and the arms
   bool running_ = false;

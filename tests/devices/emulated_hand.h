@@ -5,17 +5,18 @@
 
 namespace palpate::devices::test {
 
-/// What every emulated force device shows of itself, whatever it is connected by. Any thread.
+/// What a test can read and set on every emulated force device, whatever its connection. Any
+/// thread.
 class EmulatedHand {
  public:
   virtual ~EmulatedHand() = default;
-  /// Puts the grip somewhere: device space as DeviceInfo has it, m.
+  /// Moves the grip to a place: device space as in DeviceInfo, m.
   virtual void place(glm::dvec3 position_m) = 0;
-  /// Commands that it understood since it was made.
+  /// The number of commands that it has decoded.
   virtual size_t received_count() const = 0;
   /// Whether one of them, counted from 0, was a force.
   virtual bool pushed(size_t command) const = 0;
-  /// Whether the newest was.
+  /// Whether the newest one was.
   bool pushes() const {
     const size_t count = received_count();
     return count > 0 && pushed(count - 1);

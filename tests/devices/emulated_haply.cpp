@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Where the middle of the workspace is from the mounting plate; the service's own axes.
+// The middle of the workspace relative to the mounting plate, in the service's own axes.
 constexpr glm::dvec3 kMiddle{0.0, -0.12, 0.15};
 constexpr const char* kRfcGuid = "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
 
@@ -45,7 +45,8 @@ std::string base64(const std::array<uint8_t, 20>& bytes) {
     const uint32_t three = at(n) << 16 | at(n + 1) << 8 | at(n + 2);
     for (int k = 3; k >= 0; --k) text += letters[three >> (6 * k) & 63];
   }
-  text.back() = '=';  // 20 bytes leave one over
+  // 20 bytes leave one character of padding.
+  text.back() = '=';
   return text;
 }
 
@@ -180,7 +181,7 @@ void EmulatedHaply::tell(const Json& event) {
 
 void EmulatedHaply::drop_listeners() {
   const Lock lock(mutex_);
-  // serve() sees that they ended, and forgets them.
+  // serve() detects that they ended, and removes them.
   for (const Connection& connection : connections_)
     if (connection.events) shutdown(connection.file, SHUT_RDWR);
 }
@@ -209,7 +210,7 @@ void EmulatedHaply::serve() {
       const bool lives = !files[n].revents || hear(*c);
       if (!lives) {
         close(c->file);
-        // A session's forces end with it.
+        // The forces of a session end with it.
         if (c->upgraded && !c->events) received_.emplace_back(0.0);
       }
       c = lives ? std::next(c) : connections_.erase(c);
@@ -224,7 +225,7 @@ void EmulatedHaply::serve() {
   }
 }
 
-/// What came on a connection; false: it is over.
+/// Reads from a connection; false: it is over.
 bool EmulatedHaply::hear(Connection& connection) {
   char bytes[4096];
   const ssize_t got = recv(connection.file, bytes, sizeof bytes, MSG_DONTWAIT);
@@ -236,7 +237,7 @@ bool EmulatedHaply::hear(Connection& connection) {
   return true;
 }
 
-/// The request's head: a WebSocket begins, or GET /version is answered.
+/// Handles the request's head: begins a WebSocket, or answers GET /version.
 bool EmulatedHaply::upgrade(Connection& connection) {
   const size_t end = connection.in.find("\r\n\r\n");
   if (end == std::string::npos) return true;
@@ -273,7 +274,7 @@ bool EmulatedHaply::upgrade(Connection& connection) {
   return true;
 }
 
-/// One frame of the client, which must be masked; false: it says goodbye, or breaks a rule.
+/// Handles one frame of the client, which must be masked; false: it closes, or breaks a rule.
 bool EmulatedHaply::take_frame(Connection& connection, bool& any) {
   any = false;
   const std::string& in = connection.in;

@@ -14,18 +14,21 @@
 
 namespace palpate::devices::test {
 
-/// Haply's Inverse Service as its documents describe it, written apart from the code under test: a
-/// WebSocket server (RFC 6455) and GET /version on one port of this machine, events on another. One
-/// state for each message; a force is for that message only.
+/// Haply's Inverse Service as its documents describe it, written independently of the code under
+/// test: a WebSocket server (RFC 6455) and GET /version on one port of this machine, events on
+/// another. One state for each message; a force is valid for that message only.
 class EmulatedHaply : public EmulatedHand {
  public:
   struct Options {
     std::string version = "3.5.0";  ///< below 3.2 a force is called "values"; below 3.5: no presets
     std::string id = "049D", type = "inverse3";
-    bool connected = true;  ///< the device to the service
+    /// Whether the device is connected to the service.
+    bool connected = true;
     bool in_use = false, calibrated = true, ready = true, powered = true;
-    uint16_t port = 0, events_port = 0;  ///< 0: any that is free
-    bool knows_version = true;           ///< GET /version is answered
+    /// 0: any free port.
+    uint16_t port = 0, events_port = 0;
+    /// Whether GET /version is answered.
+    bool knows_version = true;
   };
   explicit EmulatedHaply(Options options);
   EmulatedHaply() : EmulatedHaply(Options()) {}
@@ -37,35 +40,43 @@ class EmulatedHaply : public EmulatedHand {
   void place(glm::dvec3 position_m) override;
   size_t received_count() const override;
   bool pushed(size_t command) const override;
-  /// The newest force on the hand, palpate's axes.
+  /// The newest force on the hand, in palpate's axes.
   glm::dvec3 force_n() const;
-  /// Messages that broke a rule: not masked, not text, not JSON, a word of another version.
+  /// Messages that broke a rule: not masked, not text, not JSON, or a word of another version.
   std::vector<std::string> broken_rules() const;
   std::string profile() const;  ///< of the session
-  size_t sessions() const;      ///< begun since it was made
+  /// The number of sessions so far.
+  size_t sessions() const;
   void press(bool down);
 
-  /// The service ends, and starts again on the same ports.
+  /// Stops the service, and starts it again on the same ports.
   void stop_service();
   void start_service();
   void change(const std::function<void(Options&)>& change);
-  /// Told to whoever listens to events.
+  /// Sends an event to all listeners.
   void tell(const nlohmann::json& event);
-  /// Ends the connections of those who listen to events, and no other.
+  /// Closes the connections of listeners to events, and no other.
   void drop_listeners();
-  size_t listeners() const;  ///< to events, begun since it was made
+  /// Connections for events so far.
+  size_t listeners() const;
 
-  /// What goes wrong. Each stays until it is changed.
+  /// Faults. Each stays until it is changed.
   struct Faults {
-    bool silent = false;   ///< takes messages, gives no states
-    bool accepts = true;   ///< connections are taken, and spoken with
-    int64_t delay_ns = 0;  ///< before each state
-    size_t fragment = 0;   ///< bytes per frame; 0: one frame
-    size_t torn = 0;       ///< bytes per write, a moment between them; 0: all at once
-    bool pings = false;    ///< one before each state
-    int copies = 1;        ///< of each state
-    std::function<std::string(std::string)> mangle;  ///< what becomes of a state's text
-    std::string raw;                                 ///< bytes that come instead of a frame
+    /// Takes messages, sends no states.
+    bool silent = false;
+    /// Accepts connections, and answers them.
+    bool accepts = true;
+    /// Before each state.
+    int64_t delay_ns = 0;
+    size_t fragment = 0;  ///< bytes per frame; 0: one frame
+    /// Bytes per write, with a pause between; 0: all at once.
+    size_t torn = 0;
+    bool pings = false;  ///< one before each state
+    int copies = 1;      ///< of each state
+    /// Changes the text of a state.
+    std::function<std::string(std::string)> mangle;
+    /// Bytes to send instead of a frame.
+    std::string raw;
   };
   void set(Faults faults);
   void change_faults(const std::function<void(Faults&)>& change);

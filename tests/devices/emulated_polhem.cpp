@@ -31,7 +31,7 @@ void EmulatedPolhem::plug() {
   if (master_ < 0 || grantpt(master_) != 0 || unlockpt(master_) != 0)
     throw std::runtime_error("no pseudo-terminal");
   const std::string name = ptsname(master_);
-  // One end is kept open, or the other would see the end of file before anybody opens it.
+  // One end is kept open; else the other end would read the end of file before a program opens it.
   kept_ = open(name.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
   termios settings{};
   tcgetattr(kept_, &settings);
@@ -113,7 +113,7 @@ void EmulatedPolhem::obey(const std::string& line) {
     received_.push_back(1e-3 * glm::dvec3(n[1], n[2], n[0]));
     faults = faults_;
     text = answer();
-    // What a test's function remembers of its calls stays with it.
+    // Called on the stored function, so that its state is kept between calls.
     if (faults_.mangle) text = faults_.mangle(std::move(text));
   }
   if (faults.silent) return;

@@ -11,14 +11,14 @@
 
 namespace palpate::devices::test {
 
-/// A Polhem's firmware at the far end of a pseudo-terminal, as its makers' interface describes it,
-/// written apart from the code under test: it speaks when it is spoken to, a line for a line.
+/// A Polhem's firmware at the other end of a pseudo-terminal, as its makers' interface describes
+/// it, written independently of the code under test: it answers each line with one line.
 class EmulatedPolhem final : public EmulatedHand {
  public:
   EmulatedPolhem();
   ~EmulatedPolhem() override;
 
-  /// The port: a link that stays the same when it is plugged in again.
+  /// The port: a link whose name stays the same when it is plugged in again.
   std::string port() const { return link_; }
   void plug();
   void unplug();
@@ -26,17 +26,23 @@ class EmulatedPolhem final : public EmulatedHand {
   void place(glm::dvec3 position_m) override;
   size_t received_count() const override;
   bool pushed(size_t command) const override;
-  glm::dvec3 force_n() const;  ///< the newest, palpate's axes
-  size_t malformed() const;    ///< lines that were no command
+  /// The newest force, in palpate's axes.
+  glm::dvec3 force_n() const;
+  /// Lines that were no command.
+  size_t malformed() const;
 
-  /// What goes wrong. Each stays until it is changed.
+  /// Faults. Each stays until it is changed.
   struct Faults {
     bool silent = false;
-    int64_t delay_ns = 0;  ///< before each answer
-    int info = 0;          ///< 1: it asks to be calibrated
+    /// Before each answer.
+    int64_t delay_ns = 0;
+    /// 1: it needs calibration.
+    int info = 0;
     size_t line_bytes = 64;
-    size_t torn = 0;  ///< bytes per write, a moment between them; 0: all at once
-    std::function<std::string(std::string)> mangle;  ///< what becomes of a line
+    /// Bytes per write, with a pause between; 0: all at once.
+    size_t torn = 0;
+    /// Changes a line.
+    std::function<std::string(std::string)> mangle;
   };
   void change_faults(const std::function<void(Faults&)>& change);
   void heal() {

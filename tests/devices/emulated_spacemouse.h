@@ -6,30 +6,32 @@
 
 namespace palpate::devices::test {
 
-/// A SpaceMouse as its reports describe it, written apart from the code under test: while the puck
-/// is pushed or turned it repeats itself, and when it is let go it says zero once. What nobody
-/// reads is lost but for the newest few.
+/// A SpaceMouse as its reports describe it, written independently of the code under test: while the
+/// puck is pushed or turned it repeats its report, and after release it sends zero once. Reports
+/// that are not read are lost, except the newest few.
 class EmulatedSpaceMouse : public EmulatedDevice {
  public:
   struct Options {
     uint16_t vendor = 0x046d, product = 0xc626;
     std::string product_name = "SpaceNavigator";
     int port = 4;
-    bool six_axes_in_one = false;  ///< newer models: rotation rides on report 1
+    /// Newer models: the rotation is in report 1.
+    bool six_axes_in_one = false;
   };
   explicit EmulatedSpaceMouse(const Options& options);
   EmulatedSpaceMouse() : EmulatedSpaceMouse(Options()) {}
   ~EmulatedSpaceMouse() override { stop(); }
 
-  /// x y z and turns about x y z, in counts of 350, in the puck's own axes. All zero: let go.
+  /// x y z and rotations about x y z, in counts of 350, in the puck's own axes. All zero: released.
   void push(std::array<int, 6> axes);
   void press(uint32_t buttons);
-  /// As if the receiver had lost it: it does not even say zero.
+  /// As if the receiver had lost it: it does not even send zero.
   void fall_silent();
-  /// Bytes of any kind, once.
+  /// Sends any bytes, once.
   void say(Bytes report);
-  void stall();       ///< until the halt is cleared
-  void stall_ever();  ///< clearing does not help
+  void stall();  ///< until the halt is cleared
+  /// Clearing the halt does not help.
+  void stall_ever();
 
  protected:
   int take(const Bytes&) override { return -EPIPE; }

@@ -70,7 +70,7 @@ Bytes string_descriptor(const std::string& text) {
   return bytes;
 }
 
-/// What umockdev hands over is the request's argument itself.
+/// The pointer that umockdev passes on is the request's argument itself.
 template <class T>
 T argument(UMockdevIoctlClient* client) {
   return *reinterpret_cast<T*>(umockdev_ioctl_client_get_arg(client)->data);
@@ -89,21 +89,25 @@ int64_t monotonic_ns() {
 }
 
 EmulatedBus& EmulatedBus::get() {
-  static EmulatedBus bus;  // to the end of the process: libusb's own threads look at it
+  // Lives to the end of the process: libusb's own threads use it.
+  static EmulatedBus bus;
   return bus;
 }
 
 EmulatedBus::EmulatedBus() {
   // Its socket's path must fit into 108 bytes, wherever the build is.
   setenv("TMPDIR", "/tmp", 1);
-  // umockdev sleeps for zero microseconds after every request, which the default slack makes 50.
+  // umockdev sleeps for zero microseconds after every request, which takes 50 with the default
+  // timer slack.
   prctl(PR_SET_TIMERSLACK, 1);
   testbed_ = umockdev_testbed_new();
-  chmod(root().c_str(), 0777);  // a thread that plays an ordinary user puts its sockets there
+  // A thread that acts as an ordinary user puts its sockets there.
+  chmod(root().c_str(), 0777);
 }
 
 std::string EmulatedBus::root() const {
-  gchar* const path = umockdev_testbed_get_root_dir(testbed_);  // ours to free
+  // Owned by the caller.
+  gchar* const path = umockdev_testbed_get_root_dir(testbed_);
   const std::string copy = path;
   g_free(path);
   return copy;
@@ -158,10 +162,11 @@ void EmulatedDevice::plug() {
   umockdev_testbed_attach_ioctl(bus.testbed(), ("/dev/" + node()).c_str(), handler_, &error);
   ASSERT_EQ(error, nullptr) << error->message;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(bus.root() + "/ioctl"))
-    chmod(entry.path().c_str(), 0777);  // sockets as well: a thread may play an ordinary user
+    // Sockets too: a thread may act as an ordinary user.
+    chmod(entry.path().c_str(), 0777);
 
-  // The node is a FIFO of one page: with a byte in it, it is not writable, which is how usbfs says
-  // that no transfer is done. It is made before the uevent, so that nobody opens a plain file.
+  // The node is a FIFO of one page. With a byte in it, it is not writable; usbfs shows in this way
+  // that no transfer is done. Made before the uevent, so that no program opens a plain file.
   const std::string path = bus.root() + "/dev/" + node();
   const std::string name = "1-" + std::to_string(port_), number = std::to_string(address_);
   const std::string text =
@@ -415,7 +420,7 @@ int EmulatedDevice::discard(UMockdevIoctlClient* client, usbdevfs_urb* user) {
   return 0;
 }
 
-/// The node is writable while there is something to reap, or the device is gone.
+/// The node is writable while there is a transfer to reap, or the device is gone.
 void EmulatedDevice::show_ready() {
   const bool ready = !finished_.empty() || !present_;
   if (ready_file_ < 0 || ready == ready_) return;

@@ -16,8 +16,8 @@ namespace palpate::devices::test {
 
 using Bytes = std::vector<uint8_t>;
 
-/// The bus on which emulated devices live: /sys, /dev and uevents as umockdev shows them to this
-/// process, so that the real libusb finds the devices and talks to them. One for the whole process.
+/// The bus of emulated devices: /sys, /dev and uevents, which umockdev replaces for this process.
+/// So the real libusb finds the devices and exchanges data with them. One for the whole process.
 class EmulatedBus {
  public:
   static EmulatedBus& get();
@@ -31,18 +31,19 @@ class EmulatedBus {
   int address_ = 1;
 };
 
-/// What a device says of itself.
+/// The descriptors of a device.
 struct Descriptors {
   uint16_t vendor = 0, product = 0;
   std::string product_name;
   uint8_t interface_class = 0xff;
-  uint8_t in_endpoint = 0x81, out_endpoint = 0x02;  ///< out 0: none
-  bool interrupt = false;                           ///< else bulk
+  /// Out 0: there is none.
+  uint8_t in_endpoint = 0x81, out_endpoint = 0x02;
+  bool interrupt = false;  ///< else bulk
   uint8_t packet_bytes = 64;
 };
 
-/// A transfer as the kernel would hold it. The caller's memory is touched while it submits and
-/// while it reaps, as the kernel does it; never between, when it may be gone.
+/// A transfer as the kernel stores it. The caller's memory is used during submit and reap only, as
+/// the kernel does; never in between, when it may be freed.
 struct Urb {
   UMockdevIoctlClient* client = nullptr;
   usbdevfs_urb* user = nullptr;
@@ -54,7 +55,7 @@ struct Urb {
 };
 
 /// A device below libusb: answers usbfs requests as the kernel and the device would. Derived
-/// classes are the devices themselves. All virtual functions run under the lock.
+/// classes are the devices themselves. All virtual functions are called under the lock.
 class EmulatedDevice {
  public:
   explicit EmulatedDevice(Descriptors descriptors, int port);
@@ -63,11 +64,11 @@ class EmulatedDevice {
   EmulatedDevice& operator=(const EmulatedDevice&) = delete;
 
   void plug();
-  /// What is in flight ends as when a cable is pulled.
+  /// Transfers in flight end as when the cable is pulled.
   void unplug();
   /// Whether this user may open it.
   void permit(bool allowed);
-  /// A driver of the kernel that holds the interface.
+  /// A kernel driver that has claimed the interface.
   void bind_kernel_driver(const std::string& name);
   std::string kernel_driver() const;
   /// Another program has claimed it.
@@ -77,11 +78,11 @@ class EmulatedDevice {
 
  protected:
   using Lock = std::unique_lock<std::mutex>;
-  /// 0, or a negative errno. `in` is what a read gives.
+  /// Returns 0, or a negative errno. `in` is the data of a read.
   virtual int control(uint8_t type, uint8_t request, uint16_t value, const Bytes& out, Bytes& in);
   /// Bytes for an OUT endpoint: 0, a negative errno, or kNever to leave it without an answer.
   virtual int take(const Bytes& bytes) = 0;
-  /// Completes what reads it can; returns the time at which it wants to be called again.
+  /// Completes the reads that it can; returns the time at which to call it again.
   virtual int64_t serve(int64_t now_ns) = 0;
   virtual void cleared_halt(uint8_t endpoint) = 0;
   virtual void plugged() {}
@@ -91,8 +92,9 @@ class EmulatedDevice {
   std::deque<Urb>& waiting() { return waiting_; }
   /// Ends the oldest waiting read with these bytes.
   void complete_read(int status, Bytes bytes);
-  void changed();  ///< serve() again
-  /// To be called by the destructors of derived classes: their virtual functions end there.
+  /// Calls serve() again.
+  void changed();
+  /// The destructors of derived classes must call this: after it no virtual function is called.
   void stop();
 
   mutable std::mutex mutex_;
@@ -116,7 +118,8 @@ class EmulatedDevice {
   const int port_;
   int address_ = 0;
   UMockdevIoctlBase* handler_ = nullptr;
-  /// Of former plugs: who still has such a node open goes on asking and is told that it is gone.
+  /// Of earlier plugs: a program that still has such a node open goes on with requests and gets
+  /// ENODEV.
   std::vector<std::pair<std::string, UMockdevIoctlBase*>> old_handlers_;
   int ready_file_ = -1;
   bool ready_ = true;

@@ -1,6 +1,6 @@
 // A library with the functions of Force Dimension's that palpate calls, as their documents describe
-// them, written apart from the code under test. With FAKE_DHD_PRESSES set, the grip goes to and fro
-// along the user's line of sight by itself, and gives way to the force.
+// them, written independently of the code under test. With FAKE_DHD_PRESSES set, the grip moves
+// back and forth along the user's line of sight by itself, and yields to the force.
 #include "tests/devices/fake_dhd.h"
 
 #include <chrono>
@@ -25,7 +25,7 @@ FakeDhd& fake() {
   return *made;
 }
 
-/// Once more to and fro in two seconds.
+/// Back and forth once in two seconds.
 double pressed_x() {
   const double t =
       std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();

@@ -7,25 +7,29 @@
 
 namespace palpate::devices::test {
 
-/// What the made library (fake_dhd.cpp) is told to do and what it was told. Position and forces in
-/// the library's axes: x towards the user, y right, z up. It lives in the library, which a test
-/// opens beside the code under test: fake_dhd() gives it.
+/// Settings and records of the simulated library (fake_dhd.cpp). Position and forces in the
+/// library's axes: x towards the user, y right, z up. The object is in the library, which a test
+/// opens beside the code under test: fake_dhd() returns it.
 struct FakeDhd {
   std::mutex mutex;  ///< guards `forces`
   std::vector<std::array<double, 3>> forces;
 
   std::atomic<int> devices = 1, type = 33;
   std::atomic<double> x = 0.0, y = 0.0, z = 0.0;
-  std::array<std::atomic<int>, 17> status{};  ///< as dhdGetStatus gives it
+  /// As dhdGetStatus() returns it.
+  std::array<std::atomic<int>, 17> status{};
   std::atomic<unsigned> buttons = 0;
 
-  // What goes wrong. Each stays until it is changed.
+  // Faults. Each stays until it is changed.
   std::atomic<int> position_returns = 0, force_returns = 0;  ///< -1: an error; 1, 2: its remarks
   std::atomic<int> open_returns = 0, status_returns = 0;
-  std::atomic<int> error = 0;                  ///< dhdErrorGetLast
-  std::atomic<int> position_skips = 0;         ///< so many calls say that the time guard is up
-  std::atomic<bool> hangs = false;             ///< dhdSetForce does not come back
-  std::atomic<bool> brakes_by_itself = false;  ///< force off, for its speed
+  std::atomic<int> error = 0;  ///< dhdErrorGetLast
+  /// So many calls return that the time guard is active.
+  std::atomic<int> position_skips = 0;
+  /// dhdSetForce() does not return.
+  std::atomic<bool> hangs = false;
+  /// Force off, because of its speed.
+  std::atomic<bool> brakes_by_itself = false;
 
   std::atomic<int> opened = 0, closed = 0, force_enabled = 0;
   std::atomic<double> max_force = 0.0;

@@ -1,8 +1,8 @@
-// Everything that is likely to go wrong with a Falcon in contact, one row per fault, on the whole
-// path: the real libusb, FalconDevice, the servo loop, the haptic step, the guards.
+// Faults that are likely with a Falcon in contact, one row per fault, on the whole path: the real
+// libusb, FalconDevice, the servo loop, the haptic step, the guards.
 //
-// Oracles: the emulated device says what its motors were told; arithmetic says where a straight
-// ramp is. Time is counted in ticks of a millisecond of the loop's own clock.
+// Oracles: the commands that the emulated device has received for its motors; arithmetic for a
+// straight ramp. Time is counted in ticks of a millisecond of the loop's own clock.
 #include <gtest/gtest.h>
 
 #include "tests/devices/falcon_rig.h"
@@ -16,7 +16,7 @@ using Row = FaultRow<Rig>;
 using Faults = EmulatedFalcon::Faults;
 using Received = EmulatedFalcon::Received;
 
-/// For faults that end in opening the device again, after 100 answers that did not come.
+/// For faults that end in opening the device again, after 100 missing answers.
 Rig::Options less_patient() {
   Rig::Options options = Rig::patient();
   options.falcon.answer_wait_ns = 15'000'000;
@@ -45,7 +45,7 @@ void heal(Rig& rig) {
   rig.falcon.set({});
 }
 
-/// What becomes of each answer.
+/// Changes each answer.
 std::function<void(Rig&)> mangle(std::function<Bytes(Bytes)> how) {
   return set([how](Faults& faults) { faults.mangle = how; });
 }
@@ -80,8 +80,8 @@ Bytes shifted(Bytes answer, size_t encoder, int by) {
   return answer;
 }
 
-/// The cable is pulled. A motor that has its own power goes on with its last torque: nothing that
-/// the host does can reach it before it is plugged in again.
+/// The cable is pulled. A motor with its own power supply keeps its last torque: the host can not
+/// reach it before it is plugged in again.
 void unplug(Rig& rig) {
   rig.watched->lose();
   rig.falcon.unplug();
@@ -92,7 +92,7 @@ void plug(Rig& rig) {
   rig.find(rig.falcon);
 }
 
-/// Commands are not taken any more.
+/// Commands are not accepted any more.
 void refuse_commands(Rig& rig) {
   rig.watched->lose();
   rig.falcon.change([](Faults& faults) { faults.refuses_commands = true; });
@@ -201,7 +201,7 @@ std::vector<Row> rows() {
        .fault = DeviceFault::kTimeout,
        .recover = heal,
        .options = less_patient()},
-      // No answers, and answers that are none.
+      // Missing and invalid answers.
       {.name = "FallsSilent",
        .inject = set([](Faults& faults) { faults.silent = true; }),
        .fault = DeviceFault::kTimeout,
@@ -212,7 +212,8 @@ std::vector<Row> rows() {
        .fault = DeviceFault::kTimeout,
        .recover =
            [](Rig& rig) {
-             rig.run_periods(110);  // hopeless
+             // After more misses than are retried.
+             rig.run_periods(110);
              heal(rig);
            },
        .options = less_patient()},
@@ -349,7 +350,7 @@ std::vector<Row> rows() {
              rig.others.front().unplug();
            },
        .ends = Ends::kTolerated},
-      // The host; more of it is in host_and_scene_rows().
+      // The host; more rows are in host_and_scene_rows().
       {.name = "TheHostIsAwayForHalfASecondAndTheForceIsCutMeanwhile",
        .inject = [](Rig& rig) { rig.stall_host(500, [&] { return !rig.pushes(); }); },
        .fault = DeviceFault::kTimeout,

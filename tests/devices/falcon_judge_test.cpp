@@ -1,5 +1,6 @@
-// What a Falcon's answers are worth: exchange by exchange, without a bus or a clock. The oracle for
-// positions is the closed-form inverse kinematics; for counts of exchanges, the constants' meaning.
+// The assessment of a Falcon's answers: exchange by exchange, without a bus or a clock. The oracle
+// for positions is the closed-form inverse kinematics; for counts of exchanges, the meaning of the
+// constants.
 #include "integration/devices/falcon_judge.h"
 
 #include <gtest/gtest.h>
@@ -15,9 +16,10 @@ namespace {
 
 using Exchange = FalconJudge::FalconExchange;
 constexpr int64_t kMs = 1'000'000;
-constexpr double kCount_m = 60e-6;  // half a count of each of three encoders, anywhere
+// Half a count of each of three encoders, anywhere.
+constexpr double kCount_m = 60e-6;
 
-/// A judge, and the device that it is told about.
+/// A judge, and the simulated device whose answers it gets.
 struct Court {
   FalconJudge judge;
   glm::dvec3 place{0.0, 0.0, 0.130};
@@ -50,7 +52,7 @@ TEST(FalconJudge, TrustsADeviceOnlyAfterSomeGoodAnswers) {
   Court court;
   const DeviceReading before = court.goods(AnswerJudge::kRecover - 1);
   EXPECT_EQ(before.fault, DeviceFault::kStarting);
-  EXPECT_TRUE(before.fresh) << "where it is, is known already";
+  EXPECT_TRUE(before.fresh) << "the position is known already";
   EXPECT_EQ(court.good().fault, DeviceFault::kNone);
 }
 
@@ -113,7 +115,7 @@ TEST(FalconJudge, CallsMissesGarbageIfBytesCame) {
   court.miss(true);
   court.miss();
   EXPECT_EQ(court.miss().fault, DeviceFault::kGarbage);
-  // What was garbage before the last good answer counts no more.
+  // Misses before the last good answer do not count any more.
   court.goods(AnswerJudge::kRecover);
   for (int n = 0; n < AnswerJudge::kMisses - 1; ++n) court.miss();
   EXPECT_EQ(court.miss().fault, DeviceFault::kTimeout);
@@ -124,7 +126,8 @@ TEST(FalconJudge, LatchesAFaultUntilAllAnswersAreGoodForAWhile) {
   court.trust();
   for (int n = 0; n < AnswerJudge::kMisses; ++n) court.miss();
   EXPECT_EQ(court.goods(AnswerJudge::kRecover - 1).fault, DeviceFault::kTimeout);
-  court.judge.fail(DeviceFault::kTransfer);  // again, just before it is forgiven
+  // Again, just before the first one is forgotten.
+  court.judge.fail(DeviceFault::kTransfer);
   EXPECT_EQ(court.goods(AnswerJudge::kRecover - 1).fault, DeviceFault::kTransfer);
   EXPECT_EQ(court.good().fault, DeviceFault::kNone);
 }
@@ -144,13 +147,14 @@ TEST(FalconJudge, GivesUpOnADeviceThatStaysSilent) {
 TEST(FalconJudge, TellsAJumpFromTheFastestHand) {
   Court court;
   court.trust();
-  court.place.y += AnswerJudge::kHandSpeed * 1e-3;  // in a millisecond
+  // In a millisecond.
+  court.place.y += AnswerJudge::kHandSpeed * 1e-3;
   EXPECT_EQ(court.good().fault, DeviceFault::kNone);
   court.place.y -= AnswerJudge::kHandSpeed * 1e-3 + AnswerJudge::kJumpSlack + 2 * kCount_m;
   const DeviceReading reading = court.good();
   EXPECT_EQ(reading.fault, DeviceFault::kJumped);
   EXPECT_FALSE(reading.fresh);
-  // It is where it is now: the next answers are good.
+  // The new place is accepted: the next answers are good.
   EXPECT_EQ(court.goods(AnswerJudge::kRecover).fault, DeviceFault::kNone);
 }
 
@@ -162,7 +166,7 @@ TEST(FalconJudge, NeverSuspectsAHandThatMovesAsHandsDo) {
     court.trust();
     glm::dvec3 speed(0.0);
     for (int n = 0; n < 2000; ++n) {
-      // Up to 2 m/s, drawn back to the middle.
+      // Up to 2 m/s, pulled back to the middle.
       speed += 0.1 * glm::dvec3(any(random), any(random), any(random)) -
                2.0 * (court.place - kWorkspaceCentre);
       if (glm::length(speed) > 2.0) speed *= 2.0 / glm::length(speed);
@@ -213,7 +217,7 @@ TEST(FalconJudge, FindsThatNothingMovesWhileTheForceChanges) {
   EXPECT_EQ(court.judge.fault(), DeviceFault::kNone) << "a grip may rest under the same force";
   court.force_n = {0.0, 0.0, 0.9 * AnswerJudge::kStillForce};
   court.goods(10 * AnswerJudge::kStill);
-  EXPECT_EQ(court.judge.fault(), DeviceFault::kNone) << "too little to tell";
+  EXPECT_EQ(court.judge.fault(), DeviceFault::kNone) << "too small a force to conclude this";
   court.force_n = {0.0, 0.0, 1.1 * AnswerJudge::kStillForce};
   EXPECT_EQ(court.goods(AnswerJudge::kStill - 1).fault, DeviceFault::kNone);
   EXPECT_EQ(court.good().fault, DeviceFault::kStuck);
@@ -255,7 +259,7 @@ TEST(FalconJudge, HoldsTheLastPositionForFaultsFromOutside) {
   EXPECT_EQ(held.fault, DeviceFault::kUnplugged);
   EXPECT_FALSE(held.fresh);
   EXPECT_EQ(held.position_m, court.judge.position());
-  EXPECT_EQ(court.judge.fault(), DeviceFault::kNone) << "asking changes nothing";
+  EXPECT_EQ(court.judge.fault(), DeviceFault::kNone) << "reading must not change the state";
 }
 
 TEST(FalconJudge, KnowsNothingAfterARestartButWhereItWas) {
@@ -265,7 +269,8 @@ TEST(FalconJudge, KnowsNothingAfterARestartButWhereItWas) {
   court.judge.restart();
   EXPECT_EQ(court.judge.position(), last);
   EXPECT_FALSE(court.judge.homed());
-  court.place.x += 0.03;  // it was moved meanwhile
+  // It was moved in the meantime.
+  court.place.x += 0.03;
   EXPECT_EQ(court.good().fault, DeviceFault::kStarting);
   EXPECT_EQ(court.goods(AnswerJudge::kRecover - 1).fault, DeviceFault::kNone);
 }
@@ -285,7 +290,8 @@ TEST(FalconJudge, GivesFinitePositionsForAnyAnswers) {
     const DeviceReading reading = court.tell(answer, random() % 2);
     const glm::dvec3 p = reading.position_m;
     ASSERT_TRUE(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) << n;
-    ASSERT_LT(glm::length(p), 0.3) << n;  // longer than any arm
+    // Longer than any arm.
+    ASSERT_LT(glm::length(p), 0.3) << n;
     ASSERT_TRUE(answer || !reading.fresh) << n;
   }
 }

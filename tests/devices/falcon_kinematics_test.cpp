@@ -1,5 +1,5 @@
-// The Falcon's geometry against numeric derivatives, against its own closed form, and against the
-// numbers known of the device.
+// The Falcon's geometry compared with numeric derivatives, its own closed form, and published
+// numbers of the device.
 #include "integration/devices/falcon_kinematics.h"
 
 #include <gmock/gmock.h>
@@ -15,11 +15,11 @@ namespace {
 
 using test::Random;
 
-// The closed form cancels lengths of 0.1 m in doubles: a few 1e-16 m and the conditioning of about
-// ten.
+// The closed form cancels lengths of 0.1 m in doubles: a few 1e-16 m, times a condition number of
+// about ten.
 constexpr double kRoundTrip = 1e-12;
 
-/// Somewhere in the largest sphere the grip can reach, edge included.
+/// A random place in the largest sphere that the grip can reach, edge included.
 glm::dvec3 reachable(Random& random) {
   while (true) {
     const glm::dvec3 p = random.vector(1.0);
@@ -36,7 +36,7 @@ struct At {
   friend std::ostream& operator<<(std::ostream& out, const At& at) { return where(out, at.p); }
 };
 
-/// The three equations of a leg's loop, by their definition.
+/// The three loop equations of a leg, by their definition.
 double loop_error(glm::dvec3 p, const Joints& joints) {
   const double degree = std::acos(-1.0) / 180.0;
   const double azimuth[3] = {105 * degree, -15 * degree, -135 * degree};
@@ -59,14 +59,15 @@ TEST(FalconKinematics, InverseClosesTheLoopOfEveryLeg) {
     const glm::dvec3 p = reachable(random);
     const auto joints = inverse(p);
     ASSERT_TRUE(joints) << At{p};
-    ASSERT_LT(loop_error(p, *joints), 1e-15 * 100) << At{p};  // a hundred roundings of 0.1 m
+    // A hundred roundings of 0.1 m.
+    ASSERT_LT(loop_error(p, *joints), 1e-15 * 100) << At{p};
   }
 }
 
 TEST(FalconKinematics, JacobianIsTheDerivativeOfTheArms) {
   Random random(12);
-  // Central differences over h: error h^2 times a third derivative of up to a few 1e5 rad/m^3, and
-  // rounding 1e-16 / h.
+  // Central differences over h: an error of h^2 times a third derivative of up to a few 1e5
+  // rad/m^3, and rounding 1e-16 / h.
   constexpr double kStep = 1e-6, kDerivative = 1e-6;
   for (int n = 0; n < 5000; ++n) {
     const glm::dvec3 p = reachable(random) * 0.999 + kWorkspaceCentre * 0.001;
@@ -86,11 +87,12 @@ TEST(FalconKinematics, JacobianIsTheDerivativeOfTheArms) {
 }
 
 TEST(FalconKinematics, JacobianHasTheKnownAxialColumn) {
-  // At (10, 5, 120) mm the first leg's column of z is 13.43 rad/m, not the 10.50 of the formula
-  // that circulates.
+  // At (10, 5, 120) mm the first leg's column of z is 13.43 rad/m, not 10.50, which a widely copied
+  // formula gives.
   const auto rows = jacobian(*inverse({0.010, 0.005, 0.120}));
   ASSERT_TRUE(rows);
-  EXPECT_NEAR(glm::abs((*rows)[2][0]), 13.43, 0.005);  // given to two digits
+  // Published with two decimals.
+  EXPECT_NEAR(glm::abs((*rows)[2][0]), 13.43, 0.005);
 }
 
 TEST(FalconKinematics, ForwardReturnsFromInverseOverTheWholeWorkspace) {
@@ -123,7 +125,7 @@ TEST(FalconKinematics, ForwardTakesFiveStepsWhenTheGripMovesAtAMetrePerSecond) {
 }
 
 TEST(FalconKinematics, AgreesWithTheKnownCountsOnTheAxis) {
-  // z 75 to 180 mm is counts -1463 to 1309, to the nearest count.
+  // z of 75 to 180 mm corresponds to counts of -1463 to 1309, to the nearest count.
   EXPECT_NEAR(encoder_counts(inverse({0, 0, 0.075})->arm).x, -1463, 0.5);
   EXPECT_NEAR(encoder_counts(inverse({0, 0, 0.180})->arm).x, 1309, 0.5);
 }
@@ -134,11 +136,12 @@ TEST(FalconKinematics, HasTheKnownResolution) {
     const glm::dvec3 p{0, 0, 1e-3 * z_mm[k]};
     const double per_count = arm_angles({1, 0, 0}).x - arm_angles({0, 0, 0}).x;
     const double metres = per_count * glm::length(glm::inverse(*jacobian(*inverse(p)))[0]);
-    EXPECT_NEAR(1e6 * metres, um[k], 0.6) << z_mm[k];  // given to a micrometre
+    // Published to a micrometre.
+    EXPECT_NEAR(1e6 * metres, um[k], 0.6) << z_mm[k];
   }
 }
 
-/// The largest force along a direction that no motor's limit cuts.
+/// The largest force along a direction at which no motor reaches its limit.
 double largest_force(const glm::dmat3& rows, glm::dvec3 direction) {
   const glm::dvec3 torque = glm::abs(arm_torques(rows, direction));
   return 0.4096 / std::max({torque.x, torque.y, torque.z});  // 4096 counts at 10,000 per N m
@@ -151,7 +154,8 @@ TEST(FalconKinematics, HasTheKnownForcesAtTheMotorsLimit) {
     const auto rows = jacobian(*inverse({0, 0, 1e-3 * z_mm[k]}));
     EXPECT_NEAR(largest_force(*rows, {0, 0, 1}), axial[k], 0.06) << z_mm[k];
     const double least = std::min(largest_force(*rows, {1, 0, 0}), largest_force(*rows, {0, 1, 0}));
-    EXPECT_NEAR(least, lateral[k], 0.06) << z_mm[k];  // given to a tenth
+    // Published to a tenth.
+    EXPECT_NEAR(least, lateral[k], 0.06) << z_mm[k];
   }
 }
 
@@ -162,12 +166,13 @@ TEST(FalconKinematics, GivesItsForceInEveryDirectionEverywhere) {
     // The weakest places are at the edge.
     const glm::dvec3 p =
         kWorkspaceCentre + kWorkspaceRadius * glm::normalize(random.vector(1.0) + glm::dvec3(1e-9));
-    // A torque of arm m is column m of the inverse times the force: longest along that column.
+    // The torque of arm m is column m of the inverse times the force: largest along that column.
     const glm::dmat3 inverse_rows = glm::inverse(*jacobian(*inverse(p)));
     for (int m = 0; m < 3; ++m) least = std::min(least, 0.4096 / glm::length(inverse_rows[m]));
   }
   EXPECT_GE(least, kForceEverywhere);
-  EXPECT_LT(least, 1.01 * kForceEverywhere);  // as fine as 20,000 places look
+  // Within the resolution of 20,000 random places.
+  EXPECT_LT(least, 1.01 * kForceEverywhere);
 }
 
 TEST(FalconKinematics, TorquesDoTheWorkOfTheForce) {
@@ -192,7 +197,7 @@ TEST(FalconKinematics, MotorCountsMakeTheForceAndKeepItsDirectionAtTheLimit) {
     ASSERT_LE(largest, kMotorLimit) << At{p};
     const glm::dvec3 made = force_of(*rows, counts);
     const double share = std::min(1.0, glm::length(made) / glm::length(force));
-    // Half a count per motor is 5e-5 N m, at up to 35 rad/m per arm.
+    // Half a count per motor is 5e-5 N m; the Jacobian has up to 35 rad/m per arm.
     ASSERT_LT(glm::distance(made, share * force), 3 * 5e-5 * 35.0) << At{p};
     if (largest < kMotorLimit - 1) {
       ASSERT_NEAR(share, 1.0, 0.01 / glm::length(force)) << At{p};
@@ -215,7 +220,8 @@ TEST(FalconKinematics, SaysOutOfReachAndNeverNotANumber) {
     EXPECT_FALSE(inverse(p)) << At{p};
   EXPECT_FALSE(forward(glm::dvec3(nan), kWorkspaceCentre));
   EXPECT_FALSE(forward({0.6, 0.6, inf}, kWorkspaceCentre));
-  EXPECT_TRUE(forward(arm_angles({0, 0, 0}), glm::dvec3(nan))) << "a bad start must not matter";
+  EXPECT_TRUE(forward(arm_angles({0, 0, 0}), glm::dvec3(nan)))
+      << "an invalid start must have no effect";
   const auto rows = jacobian(*inverse(kWorkspaceCentre));
   EXPECT_EQ(motor_counts(*rows, glm::dvec3(nan)), (std::array<int16_t, 3>{}));
   EXPECT_EQ(motor_counts(*rows, glm::dvec3(inf, 0, 0)), (std::array<int16_t, 3>{}));
@@ -226,7 +232,7 @@ TEST(FalconKinematics, AnyCountsGiveAPlaceThatFitsOrNone) {
   int places = 0;
   for (int n = 0; n < 50000; ++n) {
     std::array<int16_t, 3> counts;
-    // Half of them near what a grip can do, half anything.
+    // Half of the counts are near the grip's range, half are anything.
     const double reach = n % 2 ? 32768.0 : 2000.0;
     for (int16_t& count : counts) count = int16_t(random.draw(-reach, reach));
     const auto place = forward(arm_angles(counts), kWorkspaceCentre);

@@ -14,7 +14,7 @@
 
 namespace palpate::devices::test {
 
-/// Times for machines that are busy with other things: an answer that comes at all comes in time.
+/// Times for busy machines: every answer that arrives is in time.
 inline FalconOptions patient(FalconOptions options = {}) {
   options.answer_wait_ns = 50'000'000;
   options.away_ns = 5'000'000'000;
@@ -30,16 +30,17 @@ inline std::unique_ptr<FalconDevice> opened(const FalconOptions& options) {
   return std::move(*device);
 }
 
-/// A small servo loop with a force that it always wants, let in by a ramp. After a fault it goes on
-/// commanding force for a while, as a ramp down does: that none of it arrives is the device's duty.
-/// Every step checks what must always hold of the commands the emulated device receives.
+/// A small servo loop with a constant force, which a ramp lets in. After a fault it goes on
+/// commanding a force for a while, as a ramp down does; the device must suppress it. Every step
+/// checks the guarantees for the commands that the emulated device receives.
 class FalconLoop {
  public:
   FalconLoop(FalconDevice& device, EmulatedFalcon& falcon) : device_(device), falcon_(falcon) {}
 
   glm::dvec3 wanted_n{0.5, -0.3, 2.0};
   bool in_contact = true;
-  bool reachable = true;       ///< the OUT endpoint takes commands: what is received can be checked
+  /// The OUT endpoint accepts commands, so what is received can be checked.
+  bool reachable = true;
   std::function<void()> each;  ///< called before every exchange
 
   DeviceReading step() {
@@ -52,17 +53,18 @@ class FalconLoop {
     if (!reachable) return last;
     if (last.fault != DeviceFault::kNone) {
       EXPECT_FALSE(falcon_.last().pushes())
-          << "a force is left in the device after the exchange that gave: " << sentence(last.fault);
+          << "a force is left in the device after an exchange with the fault "
+          << sentence(last.fault);
     }
     if (!trusted) {
       const auto received = falcon_.received();
       for (size_t n = before; n < received.size(); ++n)
-        EXPECT_FALSE(received[n].pushes()) << "a force before the device was said to work";
+        EXPECT_FALSE(received[n].pushes()) << "a force before the device was reported to work";
     }
     return last;
   }
 
-  /// Steps until something holds; a failure if it never does.
+  /// Steps until `holds` is true; a failure after kPatience.
   bool until(const std::function<bool()>& holds, const char* what) {
     const auto end = std::chrono::steady_clock::now() + kPatience;
     while (!holds()) {
@@ -71,7 +73,7 @@ class FalconLoop {
         return false;
       }
       step();
-      // With no device the loop would only burn the processor the worker needs.
+      // Without a device the loop would only use the processor time that the worker needs.
       if (last.fault != DeviceFault::kNone && !last.fresh)
         std::this_thread::sleep_for(std::chrono::microseconds(300));
     }
@@ -80,7 +82,7 @@ class FalconLoop {
   bool until_fault(DeviceFault fault) {
     return until([&] { return steps > 0 && last.fault == fault; }, sentence(fault));
   }
-  /// Until the full force is felt.
+  /// Until the full force acts.
   bool until_pushing() {
     return until(
         [&] {

@@ -1,4 +1,4 @@
-// The Falcon's packets: check values, a reference reader that sees all bytes at once, and bytes
+// The Falcon's packets: check values, a reference reader that reads all bytes at once, and bytes
 // that are no packets.
 #include "integration/devices/falcon_protocol.h"
 
@@ -20,7 +20,7 @@ Bytes bytes_of(const char* text) {
   return bytes;
 }
 
-/// An answer as the device writes it, built by hand from the description of the format.
+/// An answer as the device writes it, built here from the description of the format.
 Bytes written(const FalconAnswer& answer) {
   Bytes bytes = bytes_of("<");
   for (const int16_t count : answer.encoders) {
@@ -100,7 +100,7 @@ TEST(FalconProtocol, WritesEveryFlagAtItsBit) {
   EXPECT_EQ(encode({{}, kRed, false})[13], 0x49);
   EXPECT_EQ(encode({{}, kDark, true})[13], 0x42);
   EXPECT_EQ(encode({{}, uint8_t(kGreen | kBlue | kRed), true})[13], 0x50);
-  EXPECT_EQ(encode({{}, 0xff, false})[13], 0x4f) << "lights must not spill into other bits";
+  EXPECT_EQ(encode({{}, 0xff, false})[13], 0x4f) << "lights must not change other bits";
 }
 
 TEST(FalconProtocol, NeverWritesABracketInsideACommand) {
@@ -170,7 +170,8 @@ TEST(FalconProtocol, FindsAnswersInAnyStreamCutAnywhere) {
     for (size_t at = 0; at < bytes.size();) {
       const size_t count = std::min<size_t>(1 + random() % 16, bytes.size() - at);
       if (stream.read(std::span(bytes).subspan(at, count)) > 0)
-        found.answers.push_back(stream.newest());  // pieces of 16 hold one answer's end at most
+        // 16 bytes contain the end of at most one answer.
+        found.answers.push_back(stream.newest());
       at += count;
     }
     ASSERT_EQ(found.answers, expected.answers) << "seed " << seed << ": " << text(bytes);

@@ -16,21 +16,24 @@ class FalconRig final : public DeviceRig {
     FalconOptions falcon;
     EmulatedFalcon::Options emulated;
   };
-  static constexpr int kWithin = 3;  ///< ticks to detect a fault: three answers that are missing
-  /// For machines that are busy: an answer that comes at all comes in time, and a host that is late
-  /// is not away.
+  /// Ticks to detect a fault: three missing answers.
+  static constexpr int kWithin = 3;
+  /// For busy machines: every answer that arrives is in time, and a late host does not count as
+  /// away.
   static Options patient();
   explicit FalconRig(const Options& options);
   ~FalconRig() override;
 
-  /// Out and in again with the homing light on.
+  /// Moves out and in again while the homing light is on.
   bool home();
 
-  /// The Falcon that is used; a second one may take over.
+  /// The Falcon that is used; a second one may replace it.
   EmulatedFalcon falcon;
   EmulatedFalcon* used = &falcon;
-  std::list<EmulatedFalcon> others;  ///< plugged in by a test; the hand moves all of them
-  void find(EmulatedFalcon& again);  ///< it is plugged in, or takes commands again
+  /// Plugged in by a test; the hand moves all of them.
+  std::list<EmulatedFalcon> others;
+  /// It is plugged in, or accepts commands again.
+  void find(EmulatedFalcon& again);
   std::unique_ptr<FalconDevice> device;
 
  private:

@@ -1,5 +1,5 @@
-// A Falcon from plugging in to pulling out, through the real libusb: what it can do when nothing is
-// wrong, and how it gets there.
+// A Falcon from plugging in to unplugging, through the real libusb: its functions without faults,
+// and its start.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -31,17 +31,18 @@ TEST(Falcon, GivesPositionAndTakesForce) {
   const auto rows = falcon::jacobian(*falcon::inverse(loop.last.position_m));
   const glm::dvec3 felt =
       falcon::force_of(*rows, {int16_t(motors[0]), int16_t(motors[1]), int16_t(motors[2])});
-  EXPECT_LT(glm::distance(felt, loop.wanted_n), 0.006);  // half a motor count, three times
+  // Half a motor count, three times.
+  EXPECT_LT(glm::distance(felt, loop.wanted_n), 0.006);
 }
 
-/// Moves the grip before each exchange and looks whether the answer is of now. An answer that was
+/// Moves the grip before each exchange and checks that the answer has the new place. One answer
 /// left over would make every later one an exchange old.
 void expect_fresh_answers(FalconLoop& loop, EmulatedFalcon& falcon) {
   for (int n = 0; n < 20; ++n) {
     const glm::dvec3 place(0.0, n % 2 ? 0.4e-3 : -0.4e-3, 0.130);
     loop.each = [&] { falcon.place(place); };
     loop.step();
-    // A machine that stood still for longer than the answer is waited for asks once more.
+    // If the machine stood still for longer than the waiting time, the loop asks again.
     if (!loop.last.fresh) {
       ASSERT_TRUE(loop.until([&] { return loop.last.fresh; }, "an answer"));
     }
@@ -67,7 +68,7 @@ TEST(Falcon, AnswersWithThePositionOfNowAfterAnswersThatCameTooLate) {
   const auto device = opened(options);
   FalconLoop loop(*device, falcon);
   ASSERT_TRUE(loop.until_pushing());
-  // Three come after their exchange has given up, the last also after the next one's patience.
+  // Three answers come after their exchange has ended, the last one also after the next exchange.
   falcon.delay_next({50'000'000, 50'000'000, 70'000'000});
   loop.run(4);
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -120,7 +121,8 @@ TEST(Falcon, GivesNoForceBeforeItIsHomed) {
   EXPECT_EQ(loop.last.fault, DeviceFault::kNotHomed);
   EXPECT_EQ(falcon.last().lights, falcon::kRed);
   EXPECT_TRUE(falcon.last().homing);
-  for (const int counts : {1000, -1000}) {  // all the way out, all the way in
+  // All the way out, all the way in.
+  for (const int counts : {1000, -1000}) {
     falcon.set_counts({counts, counts, counts});
     loop.run(5);
   }
@@ -159,7 +161,7 @@ TEST(Falcon, TakesItsMotorsToZeroWhenItIsClosed) {
 TEST(Falcon, LoadsTheUsersFirmwareAndTriesAgainWhenThatFails) {
   const ImageFile image(made_image(500));
   EmulatedFalcon falcon({.firmware = false, .image = image.bytes()});
-  // A greeting is tried a hundred times; the tries of one upload and some of the next.
+  // A greeting is tried a hundred times, so 30 failures are within one upload.
   falcon.set({.failing_uploads = 30});
   falcon.plug();
   FalconOptions options = patient();
@@ -204,7 +206,7 @@ TEST(Falcon, TriesAnImageThatTheDeviceDoesNotTakeAgain) {
   options.firmware_file = image.path();
   const auto device = opened(options);
   FalconLoop loop(*device, falcon);
-  // All ten tries take ten seconds; that there is a next one is what matters.
+  // All ten tries take ten seconds; the test only needs a second try.
   ASSERT_TRUE(loop.until([&] { return falcon.uploads() >= 2; }, "a second try"));
   EXPECT_EQ(loop.last.fault, DeviceFault::kStarting);
   EXPECT_FALSE(falcon.runs_firmware());
@@ -241,7 +243,8 @@ TEST(Falcon, SaysThatItMayNotOpenItAndOpensItWhenItMay) {
   falcon.permit(false);
   std::optional<AsNobody> nobody(std::in_place);
   const auto device = opened(patient());
-  nobody.reset();  // its thread stays nobody
+  // Its thread keeps the ordinary user's rights.
+  nobody.reset();
   FalconLoop loop(*device, falcon);
   ASSERT_TRUE(loop.until_fault(DeviceFault::kNoPermission));
   falcon.permit(true);
@@ -311,9 +314,10 @@ TEST(Falcon, CutsTheForceWhenNobodyExchangesAnyMore) {
   FalconLoop loop(*device, falcon);
   ASSERT_TRUE(loop.until_pushing());
   ASSERT_TRUE(wait_for([&] { return !falcon.last().pushes(); }));
-  // More than one where the machine stood still for so long while the force came in.
+  // More than one if the machine stood still for so long while the force came in.
   EXPECT_GE(device->counts().cuts, 1U);
-  EXPECT_EQ(loop.step().fault, DeviceFault::kTimeout) << "who comes back must be told";
+  EXPECT_EQ(loop.step().fault, DeviceFault::kTimeout)
+      << "a loop that comes back must get the fault";
   ASSERT_TRUE(loop.until_pushing());
   expect_fresh_answers(loop, falcon);
 }

@@ -12,9 +12,10 @@ namespace {
 
 constexpr int kFrames = 4;
 constexpr double kFramesPerSecond = 4.0;
-constexpr double kSpacing_mm = 4.0;  // of the motion; a finer one takes most of a second to make
-// The shell's radius goes from 25 to 34.8 mm and back: the hand is always inside, 0.5 N deep at
-// least, and the spring never asks for more than the surface has.
+// Of the motion; a finer one takes most of a second to make.
+constexpr double kSpacing_mm = 4.0;
+// The shell's radius goes from 25 to 34.8 mm and back: the hand is always inside, at a depth of at
+// least 0.5 N, and the spring never exceeds the strength of the surface.
 constexpr double kStiffness = 200.0, kStrength = 3.0;
 constexpr double kFree_m = 0.038, kDeep_m = 0.0225;  // of the hand, from the shell's centre
 constexpr double kStep_m = 0.2e-3;                   // of the hand, per ms
@@ -45,7 +46,8 @@ class FaultyFrame final : public FrameData {
   std::shared_ptr<const DataFaults> faults_;
 };
 
-/// A beating shell with its centre in the middle of the device's reach; 0 shells: no data's modes.
+/// A beating shell with its centre in the middle of the device's reach; 0 shells: a scene without
+/// modes.
 std::shared_ptr<const Scene> scene(int shells, glm::dvec3 centre_m,
                                    const std::shared_ptr<DataFaults>& faults) {
   SceneSpec spec = palpate::test::shell_spec(kStrength, 0.1, kStiffness);
@@ -62,7 +64,8 @@ std::shared_ptr<const Scene> scene(int shells, glm::dvec3 centre_m,
 
 HapticsOptions quick_start() {
   HapticsOptions options;
-  options.safety.start_ramp_s = 0.02;  // the usual 2 s would be most of the tests' time
+  // The usual 2 s would be most of the tests' time.
+  options.safety.start_ramp_s = 0.02;
   return options;
 }
 
@@ -78,7 +81,7 @@ DeviceReading WatchedDevice::exchange(const DeviceCommand& command) noexcept {
   last_ = reading.fault;
   if (settle) settle(reading);
   if (reachable_) {
-    // What was sent may still be on its way to the device, but nothing more is asked for.
+    // Earlier commands may still be on their way to the device, but no force is commanded any more.
     const auto at_zero = [&] { return hand_->received_count() <= from_ || !hand_->pushes(); };
     if (last_ != DeviceFault::kNone && !at_zero() && !(settle && wait_for(at_zero)))
       blame(std::string("a force is left in the device that said: ") + sentence(last_));
@@ -134,7 +137,7 @@ void DeviceRig::find(EmulatedHand& again) {
   watched->find(again);
 }
 
-/// Hands are never still: without a tremor an encoder that stands would be no fault.
+/// A hand is never still: without a tremor an encoder that does not change would be no fault.
 void DeviceRig::move_hand() {
   const glm::dvec3 way = goal_ - hand_;
   const double length = glm::length(way);
@@ -161,7 +164,7 @@ bool DeviceRig::turn_until(const std::function<bool()>& holds) {
   while (!holds()) {
     if (std::chrono::steady_clock::now() > end) return false;
     run_period();
-    // With no device to wait for the loop would burn the processor that the worker needs.
+    // Without a device to wait for, the loop would use the processor time that the worker needs.
     if (!inputs.back().reading.fresh) std::this_thread::sleep_for(std::chrono::microseconds(300));
   }
   return true;

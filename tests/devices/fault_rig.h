@@ -14,8 +14,8 @@
 
 namespace palpate::devices::test {
 
-/// The loop's time: it passes only where the loop sleeps, a millisecond for a period, however long
-/// the real transfers below take. So ticks can be counted on any machine.
+/// The loop's time advances only where the loop sleeps, by a millisecond per period, however long
+/// the real transfers take. So ticks can be counted on any machine.
 class LoopTime final : public ServoClock {
  public:
   int64_t now_ns() noexcept override { return now; }
@@ -29,64 +29,67 @@ class LoopTime final : public ServoClock {
   bool stands = false;
 };
 
-/// What a test can do to the scene's data while they are felt.
+/// Faults of the scene's data that a test can set during contact.
 struct DataFaults {
   bool not_a_number = false;
 };
 
-/// The device as the loop sees it, looked at from both sides in every exchange: whatever happens,
-/// no force is left in the motors of a device that is said not to work, and none gets there before
-/// it is said to work.
+/// The device as the loop uses it, checked on both sides in every exchange: no force is left in the
+/// motors of a device that reports a fault, and none arrives before the device reports that it
+/// works.
 class WatchedDevice final : public ForceDevice {
  public:
   WatchedDevice(ForceDevice& device, EmulatedHand& hand) : device_(device), hand_(&hand) {}
   DeviceInfo info() const override { return device_.info(); }
   DeviceReading exchange(const DeviceCommand& command) noexcept override;
 
-  /// From here on commands can not reach the motors, and nothing can be asked of them.
+  /// From here on commands can not reach the motors, and the motors are not checked.
   void lose() { reachable_ = false; }
-  /// They can again; what the motors hold until the first one comes is of before.
+  /// They can again. Forces of before may be in the motors until the first command arrives.
   void find(EmulatedHand& hand);
   bool reachable() const { return reachable_; }
 
-  std::function<void()> during;  ///< once, in the next exchange
-  /// A device with a thread of its own has dealt with the exchange when this returns, so that ticks
-  /// can be counted; told what the exchange gave.
+  /// Called once, in the next exchange.
+  std::function<void()> during;
+  /// Waits until a device with a thread of its own has handled the exchange, so that ticks can be
+  /// counted. Gets the result of the exchange.
   std::function<void(const DeviceReading&)> settle;
-  std::vector<std::string> wrong;  ///< what was seen and must not be; the first of each kind
+  /// Violations; the first of each kind.
+  std::vector<std::string> wrong;
 
  private:
   void blame(const std::string& what);
   ForceDevice& device_;
   EmulatedHand* hand_;
   bool reachable_ = true;
-  size_t seen_ = 0, from_ = 0;  ///< commands looked at; commands before it was found
+  /// Commands that were checked; commands before it was found again.
+  size_t seen_ = 0, from_ = 0;
   DeviceFault last_ = DeviceFault::kNotOpened;
 };
 
 /// A force device above its emulation, the servo loop and the haptic step with a beating shell, and
-/// a grip that a hand moves: everything but the loop's thread and clock is the real thing.
+/// a grip that a hand moves: all but the loop's thread and clock is the real code.
 class DeviceRig : public TickListener {
  public:
-  /// One period of the loop, with the hand a little further on its way.
+  /// One period of the loop, in which the hand moves a little.
   void run_period();
   void run_periods(int count);
   /// False after kPatience.
   bool turn_until(const std::function<bool()>& holds);
 
-  /// Into free space, until the force may come up again; then into the shell, until there is a
-  /// force and the guards have let all of it in.
+  /// Moves into free space, until the force may come up again; then into the shell, until there is
+  /// a force and the start ramp has ended.
   bool come_free();
   bool touch();
-  /// The loop does not run for so long, nor until `also` holds.
+  /// The loop does not run for this time, and not until `also` is true.
   void stall_host(int milliseconds, const std::function<bool()>& also = {});
   /// Another scene from the next tick on.
   void adopt(int shells);
-  /// It is plugged in, or takes commands again.
+  /// It is plugged in, or accepts commands again.
   void find(EmulatedHand& again);
   bool pushes() const { return used_->pushes(); }
 
-  /// What happened, one entry per tick.
+  /// Inputs and outputs, one entry per tick.
   std::vector<TickInput> inputs;
   std::vector<TickOutput> outputs;
   void hear(const TickInput& input, const TickOutput& output) noexcept override;
@@ -98,14 +101,15 @@ class DeviceRig : public TickListener {
   std::unique_ptr<Haptics> haptics;
   ServoPorts ports;
   std::unique_ptr<ServoLoop> loop;
-  bool holds_grip = true;  ///< the hand says where the grip is
+  /// Whether the hand sets the place of the grip.
+  bool holds_grip = true;
 
  protected:
   DeviceRig();
-  /// Before the device is made: the hand comes to its place. Then start().
+  /// Before the device is made: moves the hand to its place. Then call start().
   void hold(EmulatedHand& hand, glm::dvec3 centre_m);
   void start(ForceDevice& device);
-  /// The hand goes on from where the grip is.
+  /// The hand continues from the place of the grip.
   void hand_is_at(glm::dvec3 grip_m);
   virtual void place(glm::dvec3 grip_m) { used_->place(grip_m); }
 

@@ -13,25 +13,31 @@
 namespace palpate::devices::test {
 
 enum class Ends {
-  kRecovers,   ///< by itself once row.recover has been done
-  kStays,      ///< at zero
-  kTolerated,  ///< no fault at all: the force goes on
-  kFades,      ///< no cut: the scene's own force goes to zero without a step
+  /// By itself after row.recover was called.
+  kRecovers,
+  kStays,  ///< at zero
+  /// No fault: the force goes on.
+  kTolerated,
+  kFades,  ///< no cut: the scene's own force goes to zero without a step
 };
 
-/// Something that goes wrong in contact, and what has to come of it. A Rig is a DeviceRig with
-/// Options and the ones that rows usually have, patient().
+/// A fault in contact, and its required result. A Rig is a DeviceRig with Options, and patient(),
+/// the options of most rows.
 template <class Rig>
 struct FaultRow {
   const char* name;
   std::function<void(Rig&)> inject;
   Cause cause = Cause::kDevice;
   DeviceFault fault = DeviceFault::kNone;
-  int within = Rig::kWithin;  ///< ticks from the fault to its detection; 0: as long as it takes
+  /// Ticks from the fault to its detection; 0: no limit.
+  int within = Rig::kWithin;
   Ends ends = Ends::kRecovers;
-  DeviceFault then = DeviceFault::kNone;        ///< what is said later, before recovery
-  std::function<void(Rig&)> recover = nullptr;  ///< what mends it; null: nothing
-  std::function<void(Rig&)> after = nullptr;    ///< what must hold at the end; null: nothing more
+  /// The fault that is reported later, before recovery.
+  DeviceFault then = DeviceFault::kNone;
+  /// Ends the fault; null: nothing to do.
+  std::function<void(Rig&)> recover = nullptr;
+  /// More checks at the end; null: none.
+  std::function<void(Rig&)> after = nullptr;
   typename Rig::Options options = Rig::patient();
 };
 
@@ -47,17 +53,17 @@ std::string name_of_row(const testing::TestParamInfo<FaultRow<Rig>>& row) {
 
 inline constexpr int kRampTicks = 20;   // SafetyOptions::off_ramp_s
 inline constexpr double kSlew_n = 2.0;  // SafetyOptions::max_slew_n_per_s, per ms
-// The ramp is a product of doubles; what the loop holds is exact.
+// The ramp is a product of doubles; a force that the loop repeats is exact.
 inline constexpr double kRounding_n = 1e-9;
 
-/// Whether a tick was told of trouble, or found it.
+/// Whether a tick got a fault, or detected one.
 inline bool troubled(const TickInput& input, const TickOutput& output) {
   const bool finite = std::isfinite(output.wanted_n.x + output.wanted_n.y + output.wanted_n.z);
   return input.reading.fault != DeviceFault::kNone || input.late || !finite ||
          !(input.dt_s > 1e-6 && input.dt_s < 1.0) || output.cause == Cause::kStopped;
 }
 
-/// The first tick from `first` on that knows; or the number of ticks.
+/// The first tick from `first` on that got or detected a fault; else the number of ticks.
 inline size_t detection(const DeviceRig& rig, size_t first) {
   while (first < rig.inputs.size() && !troubled(rig.inputs[first], rig.outputs[first])) ++first;
   return first;
@@ -69,16 +75,16 @@ inline std::string state_of(const DeviceRig& rig) {
 
 inline void expect_ramp(const DeviceRig& rig, size_t detected) {
   const double before = rig.force_n(detected - 1);
-  EXPECT_GT(before, 0.3) << "it was not in contact";
+  EXPECT_GT(before, 0.3) << "there was no contact";
   for (size_t n = detected; n < detected + kRampTicks; ++n) {
     const double share = 1.0 - double(n - detected + 1) / kRampTicks;
-    // A tick that took longer has come further down, but none may be behind.
+    // After a longer tick the force may be further down, but never behind the ramp.
     EXPECT_LE(rig.force_n(n), before * std::max(0.0, share) + kRounding_n)
-        << n - detected << " ms after it was known";
+        << n - detected << " ms after the detection";
   }
 }
 
-/// Nothing was noticed, and no step was larger than the guards allow.
+/// No fault was detected, and no step was larger than the guards allow.
 template <class Rig>
 void expect_no_fault(Rig& rig, const FaultRow<Rig>& row, size_t injected) {
   rig.run_periods(150);
@@ -95,7 +101,7 @@ void expect_no_fault(Rig& rig, const FaultRow<Rig>& row, size_t injected) {
   EXPECT_FALSE(rig.pushes());
 }
 
-/// It is noticed in time, named, and the force is on its ramp from that tick on.
+/// The fault is detected in time and has its name, and the force is on its ramp from that tick on.
 template <class Rig>
 void expect_fault(Rig& rig, const FaultRow<Rig>& row, size_t injected) {
   ASSERT_TRUE(rig.turn_until([&] { return detection(rig, injected) < rig.inputs.size(); }));
@@ -108,7 +114,7 @@ void expect_fault(Rig& rig, const FaultRow<Rig>& row, size_t injected) {
     EXPECT_LT(detected, injected + size_t(row.within));
   }
   expect_ramp(rig, detected);
-  // What heals by itself may be back by now, through the start gate.
+  // A device that recovers by itself may be back by now, through the start gate.
   if (rig.watched->reachable() && rig.force_n(rig.outputs.size() - 1) == 0.0) {
     EXPECT_FALSE(rig.pushes());
   }
@@ -126,7 +132,7 @@ void expect_fault(Rig& rig, const FaultRow<Rig>& row, size_t injected) {
     EXPECT_EQ(rig.force_n(n), 0.0) << n;
 }
 
-/// The whole row, on a rig that was made with its options.
+/// Runs a row on a rig that was made with its options.
 template <class Rig>
 void expect_row(Rig& rig, const FaultRow<Rig>& row) {
   ASSERT_TRUE(rig.touch()) << state_of(rig);
@@ -140,7 +146,7 @@ void expect_row(Rig& rig, const FaultRow<Rig>& row) {
   for (const std::string& wrong : rig.watched->wrong) ADD_FAILURE() << wrong;
 }
 
-/// What can go wrong beside the device: rows that any rig has.
+/// Faults outside the device: rows for every rig.
 template <class Rig>
 std::vector<FaultRow<Rig>> host_and_scene_rows() {
   return {

@@ -1,6 +1,6 @@
-// Everything that is likely to go wrong with a Force Dimension device in contact, one row per
-// fault, on the whole path below dlopen: a simulated library, MailboxDevice, the servo loop, the
-// haptic step, the guards. The oracle is that library, which says what force it was told last.
+// Faults that are likely with a Force Dimension device in contact, one row per fault, on the whole
+// path below dlopen: a simulated library, MailboxDevice, the servo loop, the haptic step, the
+// guards. The oracle is that library, which stores the last force.
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ FakeDhd& library() {
   return *made;
 }
 
-/// As it is when nothing goes wrong; devices that are left over do no harm.
+/// Resets the library to its state without faults; devices left over from a test have no effect.
 void heal_library() {
   FakeDhd& dhd = library();
   dhd.devices = 1;
@@ -87,7 +87,7 @@ void heal(Rig&) {
   heal_library();
 }
 
-/// Positions are refused with an error of the library.
+/// Positions fail with an error of the library.
 std::function<void(Rig&)> error(int number) {
   return [number](Rig&) {
     library().error = number;
@@ -167,7 +167,7 @@ std::vector<Row> rows() {
              heal_library();
              rig.find(rig.hand);
            }},
-      // Remarks that are no errors.
+      // Return values that are no errors.
       {.name = "MotorsAreSaturated",
        .inject = [](Rig&) { library().force_returns = 2; },
        .ends = Ends::kTolerated},
@@ -178,7 +178,7 @@ std::vector<Row> rows() {
        .inject = [](Rig&) { library().position_skips = 1'000'000; },
        .fault = DeviceFault::kTimeout,
        .recover = heal},
-      // What the device says of itself.
+      // Status of the device.
       {.name = "ThePowerIsOff",
        .inject = status(kPower, 0),
        .fault = DeviceFault::kStarting,
@@ -203,7 +203,7 @@ std::vector<Row> rows() {
        .recover =
            [](Rig& rig) {
              rig.run_periods(100);
-             EXPECT_EQ(library().status[kForce], 0) << "only the person may switch it on";
+             EXPECT_EQ(library().status[kForce], 0) << "only the user may switch it on";
              library().status[kForce] = 1;
              library().status[kBrake] = 0;
            }},
@@ -236,7 +236,7 @@ std::vector<Row> rows() {
        .within = 0,
        .recover =
            [](Rig& rig) {
-             // What hung goes through after all, with the force of before; then comes zero.
+             // The call that hung returns, with the old force; then zero follows.
              const size_t before = rig.hand.received_count();
              heal_library();
              EXPECT_TRUE(wait_for(
@@ -287,13 +287,14 @@ TEST(ForceDimension, HasPalpatesAxesBothWays) {
   ASSERT_TRUE(wait_for([&] {
     reading = device.exchange({{1.0, 2.0, 3.0}, true});
     const std::lock_guard lock(library().mutex);
-    return library().forces.back() == std::array{3.0, 1.0, 2.0};  // towards the user, right, up
+    // Towards the user, right, up.
+    return library().forces.back() == std::array{3.0, 1.0, 2.0};
   }));
   EXPECT_EQ(reading.position_m, glm::dvec3(0.01, 0.02, 0.03));
   const DeviceInfo info = device.info();
   EXPECT_EQ(info.name, "Force Dimension omega.3");
   EXPECT_EQ(info.max_force_n, 12.0);
-  EXPECT_EQ(library().max_force, 12.0) << "the library limits it too";
+  EXPECT_EQ(library().max_force, 12.0) << "the library must limit it too";
   EXPECT_EQ(library().gravity, 1);
 }
 
@@ -331,9 +332,9 @@ TEST(ForceDimension, SaysWhyItCanNotBeOpenedAndLeavesTheArmAlone) {
   library().status[kReset] = 0;
   MailboxDevice device(make_force_dimension_link(made_library()), quiet());
   EXPECT_TRUE(says(device, DeviceFault::kNotHomed));
-  EXPECT_EQ(library().force_enabled, 0) << "an arm that does not know where it is";
+  EXPECT_EQ(library().force_enabled, 0) << "an arm without a known position";
   library().status[kReset] = 1;
-  EXPECT_TRUE(says(device, DeviceFault::kNone)) << "found without being told";
+  EXPECT_TRUE(says(device, DeviceFault::kNone)) << "must be detected without a request";
 }
 
 TEST(ForceDimension, EndsThoughACallNeverComesBack) {
@@ -346,7 +347,8 @@ TEST(ForceDimension, EndsThoughACallNeverComesBack) {
     EXPECT_TRUE(says(device, DeviceFault::kTimeout));
   }
   const int closed = library().closed;
-  library().hangs = false;  // what was left behind closes the device all the same
+  // The abandoned thread closes the device after all.
+  library().hangs = false;
   EXPECT_TRUE(wait_for([&] { return library().closed > closed; }));
   EXPECT_FALSE(FakeHand().pushes());
 }
@@ -355,7 +357,8 @@ TEST(ForceDimension, IsNotThereWithoutALibraryThatHasWhatIsNeeded) {
   ForceDimensionOptions options;
   options.library = "/nowhere/libdrd.so";
   EXPECT_FALSE(force_dimension_library_is_there(options));
-  options.library = "libm.so.6";  // a library, but not theirs
+  // A library, but not Force Dimension's.
+  options.library = "libm.so.6";
   EXPECT_FALSE(force_dimension_library_is_there(options));
   EXPECT_TRUE(force_dimension_library_is_there(made_library()));
 }

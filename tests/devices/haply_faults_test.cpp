@@ -1,6 +1,6 @@
-// Everything that is likely to go wrong with a Haply device in contact, one row per fault, on the
-// whole path: real sockets, the WebSocket, MailboxDevice, the servo loop, the haptic step, the
-// guards. The oracle is the emulated service, which says what force it was told last.
+// Faults that are likely with a Haply device in contact, one row per fault, on the whole path: real
+// sockets, the WebSocket, MailboxDevice, the servo loop, the haptic step, the guards. The oracle is
+// the emulated service, which stores the last force.
 #include <gtest/gtest.h>
 
 #include "integration/devices/answer_judge.h"
@@ -29,7 +29,8 @@ class HaplyRig final : public MailboxRig {
     haply.events_port = options.events ? service.events_port() : 0;
     haply.answer_wait_ns = options.answer_wait_ns;
     hold(service, glm::dvec3(0.0));
-    service.place(glm::dvec3(0.0));  // an old service's grip has to be in the middle at first
+    // An old service's grip has to be in the middle at first.
+    service.place(glm::dvec3(0.0));
     start_mailbox(make_haply_link(haply), options.mailbox);
   }
 
@@ -45,8 +46,8 @@ using Row = FaultRow<Rig>;
 using Faults = EmulatedHaply::Faults;
 using Json = nlohmann::json;
 
-/// For faults that end in opening it again, after 100 answers that did not come. Still longer than
-/// a busy machine takes to run the service's thread.
+/// For faults that end in opening it again, after 100 missing answers. Still longer than a busy
+/// machine takes to run the service's thread.
 Rig::Options less_patient() {
   Rig::Options options = Rig::patient();
   options.answer_wait_ns = 50'000'000;
@@ -86,7 +87,7 @@ std::string noise(const std::string& text) {
   return other;
 }
 
-/// The cursor somewhere else, in the service's axes.
+/// The cursor at another place, in the service's axes.
 std::function<std::string(std::string)> shifted(double by_m) {
   return [by_m](const std::string& text) {
     Json json = Json::parse(text);
@@ -163,7 +164,7 @@ std::vector<Row> rows() {
                  [&] { return rig.inputs.back().reading.fault == DeviceFault::kBusy; }));
              rig.service.change([](auto& options) { options.in_use = false; });
            }},
-      // What the service says.
+      // Messages of the service.
       {.name = "TheCalibrationIsLost",
        .inject = change([](auto& options) { options.calibrated = false; }),
        .fault = DeviceFault::kNotHomed,
@@ -183,7 +184,7 @@ std::vector<Row> rows() {
            [](Rig& rig) {
              rig.run_periods(100);
              EXPECT_EQ(rig.inputs.back().reading.fault, DeviceFault::kForceOff)
-                 << "until it lets go";
+                 << "until the brake is released";
              event("device-safety-triggered", "ebrake_released")(rig);
            }},
       {.name = "TheBrakeTakesHoldAndTheEventsBreakOffMeanwhile",
@@ -195,7 +196,7 @@ std::vector<Row> rows() {
              rig.service.drop_listeners();
              EXPECT_TRUE(rig.turn_until([&] { return rig.service.listeners() > before; }));
              EXPECT_EQ(rig.inputs.back().reading.fault, DeviceFault::kForceOff)
-                 << "until it is heard that it lets go";
+                 << "until an event reports that the brake is released";
              event("device-safety-triggered", "ebrake_released")(rig);
            },
        .after = [](Rig& rig) { EXPECT_EQ(rig.device->counts().opened, 1U); }},
@@ -204,7 +205,7 @@ std::vector<Row> rows() {
        .fault = DeviceFault::kForceOff,
        .recover =
            [](Rig& rig) {
-             // Lets go where nobody listens: no event comes.
+             // The brake is released while there is no listener, so no event arrives.
              const size_t before = rig.service.listeners();
              rig.service.drop_listeners();
              EXPECT_TRUE(rig.turn_until([&] { return rig.service.listeners() > before; }));
@@ -254,7 +255,7 @@ std::vector<Row> rows() {
              rig.service.tell({{"name", 3}, {"data", "nothing"}});
            },
        .ends = Ends::kTolerated},
-      // No answers, late ones, and answers that are none.
+      // Missing, late and invalid answers.
       {.name = "FallsSilent",
        .inject = set([](Faults& faults) { faults.silent = true; }),
        .fault = DeviceFault::kTimeout,

@@ -1,4 +1,4 @@
-// The words that Haply's service and palpate exchange. The oracle is the service's documents.
+// The messages between Haply's service and palpate. The oracle is the service's documents.
 #include "integration/devices/haply_protocol.h"
 
 #include <gtest/gtest.h>
@@ -57,7 +57,7 @@ TEST(HaplyState, IsReadByTheLetter) {
   EXPECT_EQ(device.position_m, glm::dvec3(0.01, 0.03, 0.02));
   EXPECT_EQ(device.calibrated, true);
   EXPECT_EQ(device.in_use, false);
-  EXPECT_FALSE(device.powered.has_value()) << "it does not say";
+  EXPECT_FALSE(device.powered.has_value()) << "it does not report this";
   EXPECT_EQ(state->buttons, 2U);
 }
 

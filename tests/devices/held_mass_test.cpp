@@ -7,7 +7,7 @@
 namespace palpate::devices {
 namespace {
 
-/// Sums of twenty terms around 1: rounding stays far below this.
+/// Sums of twenty terms around 1: rounding is far below this.
 constexpr double kRounding = 1e-12;
 
 TEST(HeldMass, MovesUnderAnEvenForceAsAFreeMassDoes) {
@@ -38,7 +38,7 @@ TEST(HeldMass, SwingsInAHandAsADampedOscillator) {
 }
 
 TEST(HeldMass, FollowsAnEvenlyMovingHandExactly) {
-  // Moving along with the hand, nothing pulls except the device's own friction.
+  // If it moves with the hand, only the device's own friction acts.
   const HandImpedance hand{.mass_kg = 0.4, .damping_n_s_per_m = 5.0, .stiffness_n_per_m = 500.0};
   HeldMass body({.mass_kg = 0.1, .damping_n_s_per_m = 0.0, .hand = hand}, {});
   body.put({}, {0.2, 0, 0});
@@ -50,7 +50,7 @@ TEST(HeldMass, FollowsAnEvenlyMovingHandExactly) {
 
 TEST(HeldMass, SlidesAsFarAsDryFrictionLetsItAndSticks) {
   const double m = 0.2, c = 0.5, v = 0.3;
-  // The stop must come out the same whatever the step: it is found, not stepped over.
+  // The stop must be the same for any step: it is computed, not stepped over.
   for (const double dt : {1e-4, 1e-3, 0.013}) {
     HeldMass body({.mass_kg = m, .damping_n_s_per_m = 0.0, .coulomb_n = c}, {});
     body.put({}, {v, 0, 0});
@@ -71,7 +71,7 @@ TEST(HeldMass, SticksUntilTheForceBeatsDryFriction) {
 }
 
 TEST(HeldMass, TurnsBackUnderAForceAgainstDryFriction) {
-  // Thrown against a steady force: slows with F+c, comes back with F-c.
+  // Thrown against a constant force: slows down with F+c, comes back with F-c.
   const double m = 0.1, c = 0.2, f = 0.5, v = 0.4;
   HeldMass body({.mass_kg = m, .damping_n_s_per_m = 0.0, .coulomb_n = c}, {});
   body.put({}, {v, 0, 0});
@@ -100,7 +100,7 @@ TEST(HeldMass, ConvergesAsTheStepIsHalvedOnABentPathWithDryFriction) {
   const double coarse = glm::distance(end_of(1000), exact);
   const double fine = glm::distance(end_of(2000), exact);
   const double finer = glm::distance(end_of(4000), exact);
-  // First order where the path bends: half the step, half the error, within a third.
+  // First order where the path bends: half the step gives half the error, within a third.
   EXPECT_LT(fine, 0.67 * coarse);
   EXPECT_LT(finer, 0.67 * fine);
   // The usual step, 50 us, is right to a hundredth of an encoder count.

@@ -10,14 +10,14 @@
 
 namespace palpate::devices::test {
 
-/// Bytes that are no firmware, but take its way.
+/// Bytes that are no firmware, but are uploaded in the same way.
 inline std::vector<uint8_t> made_image(size_t bytes) {
   std::vector<uint8_t> image(bytes);
   for (size_t n = 0; n < bytes; ++n) image[n] = uint8_t(31 * n + n / 256 + 7);
   return image;
 }
 
-/// A file of them; removed at the end.
+/// A file of these bytes; removed at the end.
 class ImageFile {
  public:
   explicit ImageFile(std::vector<uint8_t> image)

@@ -1,4 +1,4 @@
-// What `palpate devices` is told, for everything that may be plugged in and wrong.
+// The input of `palpate devices`: everything that may be plugged in, with and without faults.
 #include "integration/devices/list.h"
 
 #include <gmock/gmock.h>
@@ -15,8 +15,8 @@ namespace {
 using testing::HasSubstr;
 using Role = ListedDevice::Role;
 
-/// Those on the emulated bus and the simulated one: what a service or a library of this machine
-/// drives is no part of these tests.
+/// The devices on the emulated bus and the simulated one: those of a service or a library of this
+/// machine are not part of these tests.
 DeviceList list_bus() {
   DeviceList list = list_devices();
   std::erase_if(list.devices, [](const ListedDevice& device) {
@@ -136,7 +136,7 @@ TEST(DeviceList, ShowsAllOfSeveralInTheOrderOfTheBus) {
   EXPECT_EQ(list.devices[2].info.name, "3Dconnexion SpaceMouse Compact");
 }
 
-/// A serial port on the emulated bus, as the kernel shows one.
+/// A serial port on the emulated bus, as the kernel presents it.
 void add_port(const std::string& name, const std::string& place, const std::string& product_id,
               const std::string& maker) {
   const std::string device = "/devices/usb1/" + place, interface = device + "/" + place + ":1.0";

@@ -1,7 +1,6 @@
-// The force device that the documentation shows, as a user would write it: its row, its datagrams,
-// and what goes wrong with it in contact, on the whole path: a socket, MailboxDevice, the servo
-// loop, the haptic step, the guards. The oracle is the emulated device, which says what force it
-// was told last.
+// The example force device of the documentation, used as a user would: its row, its datagrams, and
+// faults in contact, on the whole path: a socket, MailboxDevice, the servo loop, the haptic step,
+// the guards. The oracle is the emulated device, which stores the last force.
 #include "docs/examples/my_device.h"
 
 #include <gmock/gmock.h>
@@ -21,7 +20,7 @@
 namespace palpate::devices::test {
 namespace {
 
-/// What stands at the far end, written from the description of its datagrams alone.
+/// The other end, written from the description of its datagrams alone.
 class EmulatedMyDevice final : public EmulatedHand {
  public:
   EmulatedMyDevice() { plug(); }
@@ -38,7 +37,7 @@ class EmulatedMyDevice final : public EmulatedHand {
     return address;
   }
 
-  /// The first time on any free port, then on the same again.
+  /// The first time on any free port, then on the same one.
   void plug() {
     socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     sockaddr_in at = address();
@@ -72,7 +71,7 @@ class EmulatedMyDevice final : public EmulatedHand {
     const std::lock_guard lock(mutex_);
     return malformed_;
   }
-  /// What becomes of an answer; empty: nothing is sent. Stays until it is changed.
+  /// Changes each answer; an empty one is not sent. Stays until it is changed.
   void mangle(std::function<std::string(std::string)> how) {
     const std::lock_guard lock(mutex_);
     mangle_ = std::move(how);
@@ -205,7 +204,7 @@ void heal(Rig& rig) {
   rig.far_end.mangle(nullptr);
 }
 
-/// Another number in place of x.
+/// Another number instead of x.
 std::function<std::string(std::string)> with_x(const std::string& x) {
   return [x](const std::string& text) {
     const size_t begin = text.find(' ') + 1;
@@ -217,8 +216,8 @@ std::string nothing(const std::string&) {
   return "";
 }
 
-/// For faults that cost many answers; still longer than a busy machine takes to run the far end's
-/// thread.
+/// For faults that need many missing answers. Still longer than a busy machine takes to run the
+/// other end's thread.
 Rig::Options less_patient() {
   Rig::Options options = Rig::patient();
   options.answer_wait_ns = 50'000'000;

@@ -1,4 +1,4 @@
-// Thousands of damaged paths from a fixed seed: none may crash, hang or give an unsound path.
+// Thousands of damaged paths from a fixed seed: none may crash, hang or give an invalid path.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -41,7 +41,8 @@ TEST(PathFuzz, ParserHolds) {
             bytes.insert(at, bytes.substr(below(bytes.size()), below(40)));
         }
       }
-      // On the heap and of exact size, so that the address sanitizer sees one byte too many.
+      // On the heap and of exact size, so that the address sanitizer detects a read of one byte too
+      // many.
       const std::vector<char> exact(bytes.begin(), bytes.end());
       fuzz::parse_path_bytes({exact.data(), exact.size()});
     }

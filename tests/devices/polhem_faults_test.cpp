@@ -1,6 +1,6 @@
-// Everything that is likely to go wrong with a Polhem in contact, one row per fault, on the whole
-// path: a pseudo-terminal, MailboxDevice, the servo loop, the haptic step, the guards. The oracle
-// is the emulated firmware, which says what force it was told last.
+// Faults that are likely with a Polhem in contact, one row per fault, on the whole path: a
+// pseudo-terminal, MailboxDevice, the servo loop, the haptic step, the guards. The oracle is the
+// emulated firmware, which stores the last force.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/file.h>
@@ -44,9 +44,9 @@ using Rig = PolhemRig;
 using Row = FaultRow<Rig>;
 using Faults = EmulatedPolhem::Faults;
 
-/// For faults that cost many answers: each is waited for less long, but longer than a busy machine
-/// takes to run the firmware's thread. What is tolerated needs all the patience there is: an answer
-/// that is late counts as one more that is missing.
+/// For faults that need many missing answers: the waiting time of each is shorter, but longer than
+/// a busy machine takes to run the firmware's thread. Rows that are tolerated need the longest
+/// waiting time, because a late answer counts as one more missing one.
 Rig::Options less_patient() {
   Rig::Options options = Rig::patient();
   options.answer_wait_ns = 50'000'000;
@@ -79,7 +79,7 @@ std::string noise(std::string text) {
   return text;
 }
 
-/// The first number is another one.
+/// Replaces the first number.
 std::function<std::string(std::string)> with_x(const std::string& x) {
   return [x](std::string text) {
     text.replace(0, 8, x + std::string(8 - x.size(), ' '));
@@ -149,7 +149,7 @@ std::vector<Row> rows() {
       {.name = "OneAnswerIsLost",
        .inject = mangle_some(1, [](const std::string&) { return std::string(); }),
        .ends = Ends::kTolerated},
-      // Which of the later answers belongs to which line is not known any more: it may be late.
+      // It is no longer clear which line a later answer belongs to: it may be a late one.
       {.name = "TwoAnswersAreLost",
        .inject = mangle_some(2, [](const std::string&) { return std::string(); }),
        .fault = DeviceFault::kTimeout,

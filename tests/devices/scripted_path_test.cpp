@@ -47,10 +47,10 @@ TEST(ScriptedPath, KeepsItsVelocityAcrossPointsWhenSmooth) {
   for (const double t : {0.0, 1.0, 1.5, 3.0}) {
     const glm::dvec3 before = (path->position_m(t) - path->position_m(t - h)) / h;
     const glm::dvec3 after = (path->position_m(t + h) - path->position_m(t)) / h;
-    // One-sided differences over h of a path whose acceleration is below 10 m/s^2.
+    // One-sided differences over h of a path with an acceleration below 10 m/s^2.
     EXPECT_NEAR(glm::distance(before, after), 0.0, 10.0 * h) << "at " << t;
   }
-  // A turn of one coordinate is a rest of that coordinate: y turns at t = 1.
+  // Where one coordinate reverses, it is at rest: y at t = 1.
   EXPECT_NEAR(path->position_m(1.0 + h).y, 0.02, 1e-10);
 }
 
@@ -104,7 +104,7 @@ TEST(MadePaths, StayAtTheSpeedAndInThePlaceAskedFor) {
     }
     EXPECT_NEAR(deepest, -place.depth_m, 1e-9) << name;
     const bool strokes = name == std::string("stroke") || name == std::string("circle");
-    // 72 corners lie on the circle; the curve between them stays inside by less than a thousandth.
+    // 72 corners are on the circle; the curve between them is inside it by less than a thousandth.
     EXPECT_NEAR(farthest, strokes ? place.reach_m : 0.0, 1e-3 * place.reach_m) << name;
     // A cubic that rests at both ends is 1.5 times as fast in the middle.
     EXPECT_LE(fastest, 1.5 * place.speed_m_per_s * (1.0 + 1e-3)) << name;

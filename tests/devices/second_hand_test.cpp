@@ -1,4 +1,4 @@
-// What a SpaceMouse's bytes mean, and where its motion takes a volume. No bus.
+// The meaning of a SpaceMouse's bytes, and the motion of a volume that follows from them. No bus.
 #include "module/haptics/second_hand.h"
 
 #include <gmock/gmock.h>
@@ -26,14 +26,15 @@ using Bytes = std::vector<uint8_t>;
 
 TEST(SpaceMouseReports, AreReadByTheLetter) {
   Reports reports;
-  // As a SpaceNavigator was seen to send them: 0xffe2 is -30.
+  // As recorded from a SpaceNavigator: 0xffe2 is -30.
   EXPECT_TRUE(reports.read(Bytes{2, 0, 0, 0xe2, 0xff, 0, 0}));
   EXPECT_THAT(reports.axes(), ElementsAre(0, 0, 0, 0, -30, 0));
   EXPECT_TRUE(reports.read(Bytes{1, 0x5e, 0x01, 0, 0, 0xff, 0xff}));
   EXPECT_THAT(reports.axes(), ElementsAre(350, 0, -1, 0, -30, 0));
   EXPECT_TRUE(reports.read(Bytes{3, 3, 0}));
   EXPECT_EQ(reports.buttons(), 3U);
-  EXPECT_TRUE(reports.read(Bytes{3, 0, 0, 1, 0x80, 0xff}));  // a model with more buttons than we
+  // A model with more buttons than are supported.
+  EXPECT_TRUE(reports.read(Bytes{3, 0, 0, 1, 0x80, 0xff}));
   EXPECT_EQ(reports.buttons(), 0x80010000U);
   EXPECT_EQ(reports.rejected(), 0U);
 }
@@ -76,7 +77,7 @@ TEST(SpaceMouseSpeed, TurnsThePucksAxesIntoTheWorlds) {
   EXPECT_GT(speed({350, 0, 0}).x, 0.149);
   EXPECT_LT(speed({0, -350, 0}).z, -0.149);
   EXPECT_GT(speed({0, 0, -350}).y, 0.149);
-  // No mirror: the images of x and y span the image of z by the right hand's rule.
+  // No mirror image: the images of x, y and z are right-handed.
   const glm::dvec3 x = speed({350, 0, 0}), y = speed({0, 350, 0}), z = speed({0, 0, 350});
   EXPECT_LT(glm::distance(glm::cross(x, y) / 0.15, z), kRounding);
 }
@@ -116,7 +117,8 @@ TEST(SpaceMouseModels, AreAllInTheUdevRuleAndNoOthers) {
     separators += size_t(std::count(line.begin(), line.end(), '|'));
   }
   EXPECT_EQ(separators + lines_of_maker, listed);
-  EXPECT_EQ(spacemouse::model_of(0x046d, 0xc077), nullptr);  // a mouse with a wheel
+  // A mouse with a wheel.
+  EXPECT_EQ(spacemouse::model_of(0x046d, 0xc077), nullptr);
 }
 
 SecondHandReading going(glm::dvec3 linear, glm::dvec3 angular) {
@@ -147,7 +149,7 @@ TEST(MovedBySecondHand, GoesAndTurnsAsFarAsItsSpeedSays) {
   for (int n = 0; n < 60; ++n)
     at = moved(at, going({0.1, 0.0, 0.0}, {0.0, 0.0, std::numbers::pi / 2}), 1.0 / 60.0);
   EXPECT_NEAR(at.translation_m.x, 0.1, kRounding);
-  // A quarter turn about z, by the right hand's rule, takes x to y.
+  // A quarter turn about z takes x to y (right-hand rule).
   EXPECT_LT(glm::distance(at.rotation * glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0)), kRounding);
 }
 
@@ -176,11 +178,11 @@ TEST(MovedBySecondHand, KeepsThePivotWithinReach) {
     at = moved(at, going({1.0, 0.3, 0.0}, {}), 0.01, {}, limits);
     ASSERT_LE(glm::distance(at.translation_m, limits.home_m), limits.reach_m + kRounding);
   }
-  // It slides along the border instead of sticking to it, up to the point that the speed points to.
+  // It slides along the border and does not stick, up to the point in the direction of the speed.
   EXPECT_LT(glm::distance(at.translation_m,
                           limits.home_m + 0.05 * glm::normalize(glm::dvec3(1.0, 0.3, 0.0))),
             1e-6);
-  // One that is out of reach to begin with does not jump back.
+  // A volume that is out of reach from the start does not jump back.
   at.translation_m = {0.0, 0.4, 0.0};
   const Transform out = moved(at, going({0.0, 0.1, 0.0}, {}), 0.01, {}, limits);
   EXPECT_LT(glm::distance(out.translation_m, at.translation_m), kRounding);

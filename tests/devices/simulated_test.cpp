@@ -24,7 +24,7 @@ SimulatedOptions pressing() {
   return options;
 }
 
-/// A device that stands still unless the motors move it: no hand, no friction.
+/// A device that is at rest unless the motors move it: no hand, no friction.
 SimulatedOptions bare() {
   SimulatedOptions options;
   options.body = {.mass_kg = 0.1, .damping_n_s_per_m = 0.0};
@@ -43,8 +43,8 @@ TEST(SimulatedDevice, PushesBackWithTheForceOfTheWall) {
     reading = device.exchange(wall(reading, 500.0));
     device.step(1e-3);
   }
-  // The hand means to be 10 mm inside; its own spring of 135 N/m against 500 N/m leaves it where
-  // both are equal, but for dry friction (0.03 N) and half a count.
+  // The hand aims 10 mm inside. Its own spring of 135 N/m and the wall's 500 N/m are in balance,
+  // but for dry friction (0.03 N) and half a count.
   const double depth = -device.true_position_m().y;
   EXPECT_NEAR(depth, 0.01 * 135.0 / 635.0, 0.03 / 635.0 + 19e-6 * 500.0 / 635.0 + 1e-9);
   EXPECT_EQ(reading.fault, DeviceFault::kNone);
@@ -77,7 +77,7 @@ TEST(SimulatedDevice, GivesTheSameBitsForTheSameSeedAndTimes) {
 }
 
 TEST(SimulatedDevice, RunsWithTheClockAsItRunsStepped) {
-  // The clock decides when the exchanges are; done again at the same times, the bits are the same.
+  // The clock sets the times of the exchanges; repeated at the same times, the bits are the same.
   SimulatedOptions options = pressing();
   options.real_time = true;
   SimulatedDevice live(options);
@@ -97,8 +97,8 @@ TEST(SimulatedDevice, RunsWithTheClockAsItRunsStepped) {
 }
 
 TEST(SimulatedDevice, IsConvergedAtItsUsualSubStep) {
-  // Contact with dry friction, fractional delays and a slew limit, without the encoder, which
-  // would turn any difference into a count.
+  // Contact with dry friction, fractional delays and a slew limit, without the encoder, which would
+  // change any difference into a count.
   const auto path_of = [](double sub_step_s) {
     SimulatedOptions options = pressing();
     options.sub_step_s = sub_step_s;
@@ -142,7 +142,7 @@ TEST(SimulatedDevice, GivesPositionsAsOldAsItsDelay) {
   SimulatedDevice device(options);
   for (int n = 0; n < 50; ++n) {
     const DeviceReading reading = device.exchange(force_x(1.0));
-    // Starts at once with 10 m/s^2; before the start it stood still.
+    // Starts at once with 10 m/s^2; before the start it was at rest.
     const double then_s = std::max(0.0, n * 1e-3 - 2.3e-3);
     ASSERT_NEAR(reading.position_m.x, 5.0 * then_s * then_s, 1e-12) << n;
     ASSERT_EQ(reading.time_ns, int64_t(n) * 1'000'000 - 2'300'000);
@@ -157,7 +157,7 @@ TEST(SimulatedDevice, LetsForcesActAfterTheirDelay) {
   for (int n = 0; n < 30; ++n) {
     device.exchange(force_x(n < 10 ? 1.0 : 0.0));
     device.step(1e-3);
-    // The force of 1 N acts from 1.7 ms to 11.7 ms: 10 m/s^2, then an even motion.
+    // The force of 1 N acts from 1.7 ms to 11.7 ms: 10 m/s^2, then a constant speed.
     const double t = (n + 1) * 1e-3, on = std::clamp(t - 1.7e-3, 0.0, 10e-3);
     const double after = std::max(0.0, t - 11.7e-3);
     ASSERT_NEAR(device.true_position_m().x, 5.0 * on * on + 0.1 * after, 1e-12) << n;
@@ -181,7 +181,8 @@ TEST(SimulatedDevice, TakesPositionsAtUnknownTimesWithinTheJitter) {
   }
   EXPECT_GE(least, -1e-9);
   EXPECT_LE(most, 0.5e-3 + 1e-9);
-  EXPECT_LT(least, 0.05e-3);  // with 400 draws, missed with a chance of 0.9^400
+  // In 400 draws, missed with a probability of 0.9^400.
+  EXPECT_LT(least, 0.05e-3);
   EXPECT_GT(most, 0.45e-3);
 }
 
@@ -225,7 +226,7 @@ TEST(SimulatedDevice, ChangesItsForceNoFasterThanItsMotorsCan) {
     device.step(1e-3);
     EXPECT_NEAR(device.motor_force_n().x, std::min(2.0, 0.5 * n), 1e-12);
   }
-  // m v is the area under the ramp and what follows it: 2*4/2 + 2*2 N ms.
+  // m v is the area under the ramp and under the force after it: 2*4/2 + 2*2 N ms.
   EXPECT_NEAR(device.true_velocity_m_per_s().x, 8e-3 / 0.1, 1e-12);
 }
 
@@ -275,7 +276,8 @@ TEST(SimulatedDevice, BooksTheWorkOfItsMotors) {
     device.step(1e-3);
   }
   const double speed = device.true_velocity_m_per_s().x;
-  EXPECT_NEAR(device.motor_work_j(), 0.5 * 0.1 * speed * speed, 1e-12);  // nothing is lost
+  // There are no losses.
+  EXPECT_NEAR(device.motor_work_j(), 0.5 * 0.1 * speed * speed, 1e-12);
 }
 
 TEST(SimulatedDevice, DoesNotMakeUpForALongStopOfTheProgram) {

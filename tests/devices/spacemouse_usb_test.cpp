@@ -1,4 +1,4 @@
-// A SpaceMouse from plugging in to pulling out, through the real libusb.
+// A SpaceMouse from plugging in to unplugging, through the real libusb.
 #include "integration/devices/spacemouse.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace palpate::devices::test {
 namespace {
 
-/// Silence is told from a busy machine by waiting longer for it.
+/// Waits longer for silence, so that a busy machine does not count as silent.
 SpaceMouseOptions patient() {
   SpaceMouseOptions options;
   options.silence_ns = 5'000'000'000;
@@ -54,7 +54,7 @@ TEST(SpaceMouse, TurnsAndMovesAsThePuckDoes) {
       return reading.linear_m_per_s.x > 0.0 && reading.angular_rad_per_s.y > 0.0;
     }));
     const SecondHandReading reading = mouse.read();
-    // Full deflection is full speed; the rest is rounding.
+    // Full deflection gives full speed; the tolerance is rounding.
     EXPECT_LT(glm::distance(reading.linear_m_per_s, glm::dvec3(0.15, 0, 0)), 1e-12);
     EXPECT_LT(glm::distance(reading.angular_rad_per_s, glm::dvec3(0, 1.5, 0)), 1e-12);
     puck.push({});
@@ -84,7 +84,8 @@ TEST(SpaceMouse, TakesSilenceForRest) {
   ASSERT_TRUE(ready(mouse));
   puck.push({0, 0, 200, 0, 0, 0});
   ASSERT_TRUE(moves(mouse));
-  puck.fall_silent();  // the last word was motion
+  // The last report was a motion.
+  puck.fall_silent();
   EXPECT_TRUE(stops(mouse));
   EXPECT_EQ(mouse.read().fault, DeviceFault::kNone);
   puck.push({0, 0, 200, 0, 0, 0});
@@ -104,7 +105,7 @@ TEST(SpaceMouse, RestsWhenUnpluggedAndGoesOnWhenPluggedInAgain) {
     EXPECT_TRUE(at_rest(mouse.read()));
     puck.plug();
     ASSERT_TRUE(ready(mouse));
-    EXPECT_TRUE(at_rest(mouse.read())) << "it must not go on with the motion of before";
+    EXPECT_TRUE(at_rest(mouse.read())) << "the earlier motion must not go on";
   }
   EXPECT_EQ(mouse.counts().opened, 4U);
 }
@@ -139,7 +140,8 @@ TEST(SpaceMouse, SaysThatItMayNotOpenIt) {
   puck.permit(false);
   std::optional<AsNobody> nobody(std::in_place);
   const SpaceMouse mouse;
-  nobody.reset();  // its thread stays nobody
+  // Its thread keeps the ordinary user's rights.
+  nobody.reset();
   ASSERT_TRUE(has_fault(mouse, DeviceFault::kNoPermission));
   puck.permit(true);
   EXPECT_TRUE(ready(mouse));

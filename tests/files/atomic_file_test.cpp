@@ -16,7 +16,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Files of this process may not grow beyond so many bytes: a full disk without a disk.
+/// Files of this process can not grow beyond this size: simulates a full disk.
 class FullDisk {
  public:
   explicit FullDisk(rlim_t bytes) {
@@ -38,7 +38,7 @@ class FullDisk {
   sighandler_t old_handler_;
 };
 
-/// Root may write anywhere, so the test becomes nobody for a while.
+/// Root may write anywhere, so the test runs as an ordinary user for a while.
 class OrdinaryUser {
  public:
   OrdinaryUser() {

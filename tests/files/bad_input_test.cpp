@@ -20,7 +20,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// One line, names the input, says what to do after a colon.
+/// One line that names the input and says, after a colon, what to do.
 void expect_sentence(const Error& error, const std::filesystem::path& input) {
   EXPECT_THAT(error.message,
               AllOf(HasSubstr(input.filename().string()), HasSubstr(": "), Not(HasSubstr("\n"))));
@@ -59,8 +59,8 @@ TEST_F(BadInput, TruncatedFilesAreRefusedWhereverTheyAreCut) {
     for (const bool compressed : {false, true}) {
       write_itk(name, known_volume(oblique_grid()), compressed);
       const std::string whole = read_bytes(folder_ / name);
-      // Some bytes of a gzip trailer may be missing without harm to the samples, so the cut begins
-      // before it.
+      // Some bytes at the end of gzip data may be missing without effect on the samples, so the cut
+      // is before them.
       for (size_t n = 0; n + 12 < whole.size(); n += 7) {
         write_bytes(folder_ / name, whole.substr(0, n));
         const auto found = read_volume(folder_ / name);
@@ -122,7 +122,7 @@ TEST_F(BadInput, AbsurdSizesAreRefusedBeforeAnythingIsAllocated) {
 }
 
 TEST_F(BadInput, MoreThanTheMemoryHoldsIsRefused) {
-  // A sparse file of 3 TB: long enough for its header's claim, and no disk space is used.
+  // A sparse file of 1 TB: as long as its header claims, without using disk space.
   const auto path = folder_ / "v.nrrd";
   write_bytes(path,
               "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 10000 10000 10000\nencoding: raw\n\n");
@@ -144,7 +144,7 @@ TEST_F(BadInput, ValuesThatAreNotFiniteAreCountedAndPlaced) {
     EXPECT_THAT(volume_error(name),
                 AllOf(HasSubstr("2 values that are not finite"), HasSubstr("voxel (2, 1, 1)")));
   }
-  // The place is that of the file, whatever its axes.
+  // The reported voxel is that of the file, whatever its axes.
   volume.grid.direction[0] = -volume.grid.direction[0];
   write_itk("v.mha", volume);
   EXPECT_THAT(volume_error("v.mha"), HasSubstr("voxel (2, 1, 1)"));

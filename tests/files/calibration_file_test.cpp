@@ -28,7 +28,7 @@ StoredCalibration made() {
   return stored;
 }
 
-/// What is said about this text as a file.
+/// The error message for this text as a file.
 std::string calibration_refusal(const std::string& text) {
   const TemporaryFolder folder;
   std::ofstream(folder / "room.json") << text;
@@ -47,7 +47,7 @@ TEST(CalibrationFile, IsReadBackAsItWasWritten) {
   ASSERT_TRUE(read) << read.error().message;
   const Calibration &a = stored.calibration, &b = read->calibration;
   EXPECT_EQ(a.stage_from_device.position_m, b.stage_from_device.position_m);
-  // Normalised again: rounding.
+  // Normalised again, which rounds.
   EXPECT_LT(glm::length(a.stage_from_device.rotation - b.stage_from_device.rotation), 1e-15);
   EXPECT_EQ(a.rms_m, b.rms_m);
   EXPECT_EQ(a.used, b.used);

@@ -1,5 +1,5 @@
-// The way of most clinical data: DICOM, through dcm2niix, to NIfTI. DICOM, NIfTI, nibabel and ITK
-// must all put every voxel to the same place.
+// The path of most clinical data: DICOM, through dcm2niix, to NIfTI. DICOM, NIfTI, nibabel and ITK
+// must all put every voxel at the same place.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -17,7 +17,8 @@
 namespace palpate::files {
 namespace {
 
-/// What two programs may make of one voxel's place: NIfTI keeps single precision, 1e-5 of 170 mm.
+/// Tolerance between two programs for the place of a voxel: NIfTI stores single precision, 1e-5 of
+/// 170 mm.
 constexpr double kSamePlaceMm = 1e-4;
 
 struct Voxel {
@@ -26,7 +27,8 @@ struct Voxel {
   double value;
 };
 
-/// Every voxel as nibabel sees it, in the order of the file. Empty if it does not read the file.
+/// Every voxel as nibabel reads it, in the order of the file. Empty if nibabel can not read the
+/// file.
 std::vector<Voxel> seen_by_nibabel(const std::string& python, const std::filesystem::path& file,
                                    const TemporaryFolder& folder) {
   write_bytes(folder / "look.py",
@@ -47,7 +49,7 @@ std::vector<Voxel> seen_by_nibabel(const std::string& python, const std::filesys
   return voxels;
 }
 
-/// Each voxel of the other program is found at the same place with the same value.
+/// Each voxel of the other program must be found at the same place with the same value.
 void expect_seen_alike(const Volume& ours, const std::vector<Voxel>& voxels) {
   ASSERT_EQ(voxels.size(), ours.grid.count());
   const Grid stored = as_in_file(ours.grid);
@@ -100,7 +102,7 @@ TEST(Dcm2niix, NiftiIsTheDicomSeriesVoxelByVoxelForUsItkAndNibabel) {
     expect_seen_alike(*nifti, seen_by_itk(folder / "v.nii"));
     if (!python.empty())
       expect_seen_alike(*nifti, seen_by_nibabel(python, folder / "v.nii", folder));
-    // The slices may come in the other order, but every voxel of the scanner is there at its place.
+    // The slices may be in the opposite order, but every voxel of the scanner is at its place.
     std::vector<Voxel> scanned;
     for (int k = 0; k < grid.size.z; ++k) {
       for (int j = 0; j < grid.size.y; ++j) {

@@ -58,7 +58,8 @@ class Encoder {
     return head(tag, "SQ", open_ ? 0xffffffffu : uint32_t(bytes.size())) + bytes;
   }
 
-  /// VR and bytes of pixels. In big endian, words of 16 bits are swapped whatever lies in them.
+  /// VR and bytes of pixels. In big endian 16-bit words are swapped, also if they contain two 8-bit
+  /// pixels.
   std::string pixels(const std::vector<int>& stored, int bits, const std::string& vr) const {
     std::string bytes;
     for (const int value : stored)
@@ -111,7 +112,7 @@ std::string deflated(const std::string& bytes) {
   return packed;
 }
 
-/// The preamble and the group that describes the file; always explicit little endian.
+/// The preamble and the file meta group, which is always explicit little endian.
 std::string start_of_file(DicomSyntax syntax, const std::string& kind, const std::string& uid) {
   const char* names[] = {"1.2.840.10008.1.2.1", "1.2.840.10008.1.2", "1.2.840.10008.1.2.2",
                          "1.2.840.10008.1.2.1.99"};
@@ -141,7 +142,7 @@ std::string pixel_spacing_text(const Grid& grid) {
   return fmt::format("DS{}\\{}", grid.spacing_mm.y, grid.spacing_mm.x);
 }
 
-/// What every image has.
+/// The elements of every image.
 DicomValues common_values(const Grid& grid, const std::string& kind, const std::string& uid,
                           const std::string& series, int bits) {
   return {{0x00080016, "UI" + kind},
@@ -244,7 +245,8 @@ std::string with_cut_fragments(const std::string& bytes) {
   };
   const size_t pixels = bytes.find(std::string("\xe0\x7f\x10\x00OB\0\0\xff\xff\xff\xff", 12));
   size_t at = pixels + 12;
-  at += 8 + length_at(at + 4);  // the table that is there
+  // Skips the existing table.
+  at += 8 + length_at(at + 4);
   std::string table, fragments;
   for (; bytes.compare(at, 4, item) == 0; at += 8 + length_at(at + 4)) {
     table += plain.number(uint32_t(fragments.size()));

@@ -9,15 +9,15 @@
 
 namespace palpate::files {
 
-/// How the elements of a DICOM file are written (its transfer syntax); pixels are plain.
+/// The encoding of a DICOM file's elements (its transfer syntax); pixels are not compressed.
 enum class DicomSyntax { kExplicitLittle, kImplicitLittle, kExplicitBig, kDeflated };
 
-/// (group << 16 | element) -> value as text, VR by the first two letters ("DS12.5"); an empty text
-/// takes the element out.
+/// (group << 16 | element) -> value as text, VR in the first two letters ("DS12.5"); an empty text
+/// removes the element.
 using DicomValues = std::map<unsigned, std::string>;
 
-/// One CT slice as a DICOM file, byte by byte after the standard, so that a test can write what no
-/// library would.
+/// One CT slice as a DICOM file, written byte by byte by the standard, so that a test can write
+/// files that no library writes.
 struct DicomFile {
   Grid grid;                ///< of the whole volume
   int slice = 0;            ///< k
@@ -29,13 +29,14 @@ struct DicomFile {
   int instance = 1;
   DicomValues more;
   DicomSyntax syntax = DicomSyntax::kExplicitLittle;
-  int bits = 16;  ///< 8 or 16 a pixel
+  /// 8 or 16 per pixel.
+  int bits = 16;
   std::string pixel_vr = "OW";
 };
 
 void write_dicom(const std::filesystem::path& path, const DicomFile& file);
 
-/// One file per slice of a volume of whole numbers.
+/// One file per slice of a volume of integers.
 void write_dicom_volume(const std::filesystem::path& folder, const Volume& volume);
 
 /// One frame of an enhanced multi-frame file.
@@ -54,14 +55,16 @@ struct EnhancedFile {
   Grid grid;
   std::vector<EnhancedFrame> frames;
   DicomSyntax syntax = DicomSyntax::kExplicitLittle;
-  bool without_orientation = false;  ///< of the patient
-  bool open_sequences = false;       ///< sequences of undefined length, ended by delimiters
+  /// Of the patient.
+  bool without_orientation = false;
+  /// Sequences of undefined length, ended by delimiters.
+  bool open_sequences = false;
   DicomValues more;
 };
 
 void write_enhanced(const std::filesystem::path& path, const EnhancedFile& file);
 
-/// The same DICOM file of packed pixels with every fragment cut into two, and a table of offsets.
+/// The same DICOM file of compressed pixels with every fragment cut in two, and an offset table.
 std::string with_cut_fragments(const std::string& bytes);
 
 inline constexpr unsigned kTagSeriesDescription = 0x0008103e, kTagTriggerTime = 0x00181060,

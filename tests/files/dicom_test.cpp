@@ -23,7 +23,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Pointwise;
 
-/// Positions and cosines are written with nine digits: of 170 mm that is 1e-7.
+/// Positions and cosines are written with nine digits: of 170 mm this is 1e-7.
 constexpr double kDicomToleranceMm = 1e-6;
 
 constexpr size_t kFrames = 3;
@@ -32,7 +32,7 @@ class DicomFolder : public ::testing::Test {
  protected:
   using Edit = std::function<void(DicomFile&, size_t frame)>;
 
-  /// Slices of all frames in names that say nothing of their order.
+  /// Slices of all frames, with names that do not show their order.
   void write_frames(const Edit& edit, const Grid& grid = oblique_grid(),
                     const std::string& below = "") {
     std::filesystem::create_directories(folder_.path() / below);
@@ -105,7 +105,7 @@ TEST_F(DicomFolder, IsGroupedByTriggerTimeEvenIfItDriftsFromSliceToSlice) {
 }
 
 TEST_F(DicomFolder, IsGroupedByCardiacPhase) {
-  // The standard has it in single precision (FL).
+  // In the standard this is in single precision (FL).
   write_frames([](DicomFile& file, size_t k) {
     file.more[kTagCardiacPhase] = "FL" + std::to_string(30.0 * double(k));
   });
@@ -135,7 +135,7 @@ TEST_F(DicomFolder, IsGroupedByAcquisitionDateTime) {
 }
 
 TEST_F(DicomFolder, TakesNoTimesFromTheAcquisitionWhereSomethingElseOrdersTheFrames) {
-  // Gated: one phase after the other was acquired, for minutes each.
+  // Gated: the phases were acquired one after the other, for minutes each.
   write_frames([](DicomFile& file, size_t k) {
     file.more[kTagTemporalPosition] = "IS" + std::to_string(k + 1);
     file.more[kTagAcquisitionTime] = "TM10" + std::to_string(10 + k) + "00";
@@ -170,7 +170,7 @@ TEST_F(DicomFolder, MayBeInAnyPlainTransferSyntax) {
     read_known(0.5);
     for (const auto& entry : std::filesystem::directory_iterator(folder_.path()))
       std::filesystem::remove(entry.path());
-    // Our own writer of the syntax is right: ITK reads it alike.
+    // The tests' own writer of the syntax is correct if ITK reads the same values.
     DicomFile file = slice(straight_grid({5, 4, 1}), 0, 0);
     file.syntax = syntax;
     write_dicom(folder_ / "a", file);
@@ -184,7 +184,7 @@ TEST_F(DicomFolder, MayBeInAnyPlainTransferSyntax) {
 
 TEST_F(DicomFolder, HasBytesInBigEndianWordsOrAsBytes) {
   for (const char* vr : {"OW", "OB"}) {
-    // An odd number of pixels: the last word holds one of them.
+    // An odd number of pixels: the last word contains one of them.
     DicomFile file = slice(straight_grid({5, 3, 1}), 0, 0);
     file.bits = 8;
     file.pixel_vr = vr;
@@ -370,7 +370,7 @@ TEST_F(DicomFolder, ReadsWhatItkWritesPlainAndPacked) {
   const Volume volume = known_volume(straight_grid({8, 6, 4}));
   for (const bool packed : {false, true}) {
     itk_oracle::write_dicom_series(folder_.path(), volume, packed);
-    // The name of the JPEG syntaxes begins like this.
+    // The UIDs of the JPEG syntaxes begin like this.
     const bool is_jpeg =
         read_bytes(folder_ / "0.dcm").find("1.2.840.10008.1.2.4.") != std::string::npos;
     EXPECT_EQ(is_jpeg, packed);
@@ -381,7 +381,7 @@ TEST_F(DicomFolder, ReadsWhatItkWritesPlainAndPacked) {
   }
 }
 
-/// All slices of all frames in one file, in an order that says nothing.
+/// All slices of all frames in one file, in an arbitrary order.
 EnhancedFile enhanced(const std::function<void(EnhancedFrame&, size_t frame)>& edit,
                       const Grid& grid = oblique_grid()) {
   EnhancedFile file;
@@ -485,7 +485,8 @@ TEST_F(DicomFolder, OfAnEnhancedFileMayLieInTheProbesFrame) {
     const glm::dvec3 x = grid.lps_from_index({0, 0, frame.slice});
     const glm::dvec3 row = grid.direction[0], column = grid.direction[1];
     frame.groups[0x00209111] = temporal_index(k);
-    frame.groups[0x00209113] = {};  // nothing of the patient
+    // Without the patient's groups.
+    frame.groups[0x00209113] = {};
     frame.groups[0x0020930e] = {{0x00209301, fmt::format("FD{}\\{}\\{}", x.x, x.y, x.z)}};
     frame.groups[0x0020930f] = {{0x00209302, fmt::format("FD{}\\{}\\{}\\{}\\{}\\{}", row.x, row.y,
                                                          row.z, column.x, column.y, column.z)}};
@@ -497,7 +498,8 @@ TEST_F(DicomFolder, OfAnEnhancedFileMayLieInTheProbesFrame) {
 
 TEST_F(DicomFolder, OfAnEnhancedFileIsReadFromLosslesslyPackedPixels) {
   const TemporaryFolder plain;
-  // GDCM's coder of JPEG 2000 writes past its memory where a picture is so small that it grows.
+  // GDCM's JPEG 2000 encoder writes beyond its buffer if a picture is so small that the encoded one
+  // is larger.
   const Grid grid = straight_grid({48, 40, 3});
   write_enhanced(plain / "e", enhanced(
                                   [](EnhancedFrame& frame, size_t k) {
@@ -519,7 +521,8 @@ TEST_F(DicomFolder, OfAnEnhancedFileIsReadFromLosslesslyPackedPixels) {
 }
 
 TEST_F(DicomFolder, IsRefusedWherePackedPicturesHaveAnotherSize) {
-  // GDCM would write as many pixels as the picture has into room for as many as the file claims.
+  // GDCM would write as many pixels as the picture has into a buffer of the size that the file
+  // claims.
   const TemporaryFolder plain;
   write_enhanced(
       plain / "e",
@@ -564,7 +567,8 @@ TEST_F(DicomFolder, OfAnEnhancedFileIsRefusedWherePackedPixelsAreDamaged) {
   for (size_t n = pixels; n < whole.size(); n += 37) {
     write_bytes(folder_ / "e", whole.substr(0, n));
     EXPECT_FALSE(read_sequence({folder_.path()})) << n;
-    // Damage inside is no matter of lengths: whatever comes out, the program goes on.
+    // Damage inside does not change lengths: the result may be anything, but the program must go
+    // on.
     std::string changed = whole;
     changed[n] = char(changed[n] ^ 0x55);
     write_bytes(folder_ / "e", changed);
@@ -574,7 +578,7 @@ TEST_F(DicomFolder, OfAnEnhancedFileIsRefusedWherePackedPixelsAreDamaged) {
 }
 
 TEST_F(DicomFolder, OfJpegLsIsRefusedWhereTheEndMarkerIsGone) {
-  // Unpacking would not end for some of these.
+  // GDCM would not end the decompression of some of these.
   DicomFile file;
   file.grid = straight_grid({64, 48, 1});
   for (int v = 0; v < 64 * 48; ++v) file.stored.push_back(v * 7919 % 1021);
@@ -635,7 +639,8 @@ TEST_F(DicomFolder, HasTheValuesThatItkFindsWhateverTheBits) {
 }
 
 TEST_F(DicomFolder, OfLossyPixelsHasTheValuesThatItkFinds) {
-  // The darkest beside the brightest: what is lost makes values pass both ends of 12 bits.
+  // The darkest values next to the brightest: lossy compression makes values exceed both ends of 12
+  // bits.
   for (const bool is_signed : {false, true}) {
     const int least = is_signed ? -2048 : 0;
     DicomFile file;
@@ -668,7 +673,8 @@ TEST_F(DicomFolder, OfLossyPixelsHasTheValuesThatItkFinds) {
 }
 
 TEST_F(DicomFolder, WalksThroughSequencesOfKnownAndOpenLength) {
-  // A sequence with an item of open length that holds a sequence with an item of known length.
+  // A sequence with an item of undefined length that contains a sequence with an item of known
+  // length.
   const std::string open("\xff\xff\xff\xff", 4);
   const std::string inner =
       std::string("\xfe\xff\x00\xe0\x0a\x00\x00\x00", 8) + std::string(

@@ -8,9 +8,9 @@
 
 namespace palpate::files {
 
-/// Every number of the grid within a tolerance. Text formats keep doubles to 1e-9 or better in what
-/// their writers print (ITK prints 17 digits in NRRD, 15 or fewer in MetaImage); NIfTI keeps single
-/// precision, 6e-8 of values up to 200.
+/// Every number of the grid within a tolerance. Text formats store doubles to 1e-9 or better, as
+/// their writers print them (ITK prints 17 digits in NRRD, 15 or fewer in MetaImage); NIfTI stores
+/// single precision, 6e-8 of values up to 200.
 inline constexpr double kTextToleranceMm = 1e-9;
 inline constexpr double kNiftiToleranceMm = 3e-5;
 inline double tolerance_of(const std::string& file) {

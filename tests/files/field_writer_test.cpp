@@ -1,4 +1,4 @@
-// ITK is trusted here: a field that we wrote must do to an image what our own arithmetic says it
+// ITK is the oracle: a field written by palpate must change an image as palpate's own arithmetic
 // does.
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ Volume smooth_volume(const Grid& grid) {
 }
 
 bool is_inside(const Grid& grid, glm::dvec3 index) {
-  // A little inside, so that rounding does not decide on which side of the border a point falls.
+  // A little inside, so that rounding does not decide on which side of the border a point is.
   return glm::all(glm::greaterThan(index, glm::dvec3(1e-3))) &&
          glm::all(glm::lessThan(index, glm::dvec3(grid.size - 1) - 1e-3));
 }
@@ -74,7 +74,7 @@ TEST_P(FieldWriter, MakesItksTransformWarpAsOurOwnInterpolationDoes) {
       }
     }
   }
-  // Otherwise a field of zeros would pass as well.
+  // Else a field of zeros would pass too.
   EXPECT_GT(compared, 100u);
   EXPECT_GT(largest_change, 10.0);
 }
@@ -99,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(AllFormats, FieldWriter,
                                             ::testing::Values(1, 2), ::testing::Bool()));
 
 TEST(FieldReader, TurnsNiftiDisplacementVectorsFromRas) {
-  // The NIfTI standard has displacement vectors (intent 1006) along R, A, S.
+  // In the NIfTI standard displacement vectors (intent 1006) are along R, A, S.
   const TemporaryFolder folder;
   const Field field = known_field(oblique_grid());
   ASSERT_TRUE(write_field(field, folder / "u.nii"));

@@ -11,17 +11,17 @@
 
 namespace palpate::files {
 
-/// A file of less than 1 kB that ITK 5.2 does not stand: its reader ends the process, does not come
-/// back, asks for all memory, reads beyond its own, or gives values that nobody wrote
-/// (docs/decisions/files.md).
+/// A file of less than 1 kB on which the reader of ITK 5.2 fails: it ends the process, does not
+/// return, allocates all memory, reads beyond its buffer, or returns values that are not in the
+/// file (docs/decisions/files.md).
 struct HostileFile {
   std::string name;
   std::string bytes;
-  /// What the reader of palpate says of it; empty where the file is sound and is read.
+  /// The error of palpate's reader; empty if the file is valid and is read.
   std::string refusal;
 };
 
-/// One voxel as NIfTI, turned about the patient's axis, with this number in its sform.
+/// One voxel as NIfTI, rotated about the patient's axis, with this number in its sform.
 inline std::string nifti_of_one_voxel(float in_sform, int16_t qform_code) {
   ImageToWrite picture;
   picture.grid = straight_grid({1, 1, 1});
@@ -53,27 +53,27 @@ inline std::vector<HostileFile> hostile_files() {
   std::string damaged = gzip(std::string(60, 'x'));
   damaged[damaged.size() - 6] ^= 1;  // the checksum
   return {
-      // A line that is longer than the room for the message about it ends the process.
+      // A line that is longer than the buffer for the message about it ends the process.
       {"line.nrrd", "NRRD0004\n" + std::string(960, 'x') + "\n\n", "no NRRD field"},
       // A value that is longer than 254 characters ends the process.
       {"value.mha", "ObjectType = " + std::string(255, 'x') + "\n" + size + type + here, ""},
-      // The name of the data file is handed to printf: written memory, or the end of the process.
+      // The name of the data file is passed to printf(): memory is written, or the process ends.
       {"pattern.mha", size + type + "ElementDataFile = %s%s%s%n\n", "by a pattern"},
       // Counting up to the number of dimensions takes minutes.
       {"dimensions.mha", "NDims = 2147483647\nDimSize = 1 1 1\n" + type + here, "dimensions"},
-      // The size of packed data of no name is taken as that of all memory.
+      // Compressed data without a file name: the size is taken as that of all memory.
       {"unnamed.mha", size + packed + type + "ElementDataFile =\nx", "names no data files"},
-      // Packed data that can not be unpacked: whatever the memory held before.
+      // Compressed data that can not be decompressed: the values are whatever was in memory.
       {"damaged.mha",
        "NDims = 3\nDimSize = 5 4 3\nBinaryData = True\n" + packed + type +
            "ElementDataFile = LOCAL\n" + damaged,
        "is damaged"},
-      // An infinite form: the search for the nearest rotation has no end. NaN: the process has one.
+      // Infinity: the search for the nearest rotation does not end. NaN: the process ends.
       {"infinite.nii", nifti_of_one_voxel(INFINITY, 0), "direction that is not finite"},
       {"nan.nii", nifti_of_one_voxel(NAN, 0), "direction that is not finite"},
-      // The qform beside it is sound, and is what we use.
+      // The qform is valid, and palpate uses it.
       {"qform.nii", nifti_of_one_voxel(INFINITY, 1), ""},
-      // Four bytes are taken for every one or two that are there.
+      // Four bytes are read for every one or two in the file.
       {"colours.nii", nifti_to_be_scaled(128, 24, 1), "NIfTI type 128"},
       {"vectors.nii", nifti_to_be_scaled(512, 16, 3), "holds 3 values per voxel"},
   };

@@ -1,4 +1,4 @@
-// Files that ITK's readers of the same formats do not stand: ours answer them.
+// Files on which ITK's readers of the same formats fail; palpate's readers must handle them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -179,7 +179,8 @@ void write_field(const std::filesystem::path& path, const Field& field) {
 }
 
 void write_dicom_series(const std::filesystem::path& folder, const Volume& volume, bool packed) {
-  gdcm::Trace::WarningOff();  // it misses a tag that it then adds itself
+  // It warns of a missing tag that it then adds itself.
+  gdcm::Trace::WarningOff();
   const Grid& grid = volume.grid;
   const size_t n = size_t(grid.size.x) * size_t(grid.size.y);
   for (int s = 0; s < grid.size.z; ++s) {
@@ -209,7 +210,8 @@ void write_dicom_series(const std::filesystem::path& folder, const Volume& volum
 
 bool pack_dicom(const std::filesystem::path& from, const std::filesystem::path& to,
                 const char* syntax, double rate) {
-  // As pixmap, not as image: writing an image, GDCM states the frames' places its own way.
+  // As a pixmap, not as an image: for an image GDCM would write the places of frames in its own
+  // way.
   gdcm::PixmapReader reader;
   reader.SetFileName(from.c_str());
   if (!reader.Read()) return false;

@@ -1,4 +1,4 @@
-// ITK is trusted here: what it writes, we must read, with every number in its place.
+// ITK is the oracle: palpate must read what it writes, with every number in its place.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -67,7 +67,7 @@ TEST(LandmarkReader, TakesOneFrameOfPointsThatWereFollowed) {
   EXPECT_THAT(frame(0, way), ElementsAre(glm::dvec3(1, 2, 3), glm::dvec3(-1, 0, 0)));
   EXPECT_THAT(frame(1, way), ElementsAre(glm::dvec3(4, 5, 6), glm::dvec3(0, 0, 0.5)));
   EXPECT_THAT(frame(10, way), ElementsAre(glm::dvec3(7, 8, 9), glm::dvec3(0, 0, 2)));
-  // As spreadsheets write it: a byte order mark, semicolons, capitals, another order.
+  // As spreadsheets write it: a byte order mark, semicolons, capitals, another order of columns.
   EXPECT_THAT(frame(0, "\xef\xbb\xbfX0; Z0; Y0\n1;3;2\n"), ElementsAre(glm::dvec3(1, 2, 3)));
   EXPECT_THAT(frame(0, "# CoordinateSystem = RAS\nx0 y0 z0\n1 2 3\n"),
               ElementsAre(glm::dvec3(-1, -2, 3)));

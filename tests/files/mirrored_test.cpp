@@ -1,5 +1,6 @@
 // Left-handed axes (FSL, dcm2niix, most 4D echo): read as right-handed ones with every sample at
-// its place, and written back with the axes of the file. ITK is trusted for what a file says.
+// its place, and written back with the axes of the file. ITK is the oracle for the content of a
+// file.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +19,7 @@ namespace {
 // ITK looks for the samples of x.nii.gz in an x.nii beside it.
 constexpr const char* kNames[] = {"v.mha", "v.nrrd", "v.nii", "packed.nii.gz"};
 
-/// Left-handed in each of the ways that there are: one axis against the patient's, or all three.
+/// Left-handed in each possible way: one axis reversed, or all three.
 std::vector<Grid> left_handed_grids() {
   std::vector<Grid> grids(4, oblique_grid());
   for (int axis = 0; axis < 3; ++axis) {
@@ -28,7 +29,7 @@ std::vector<Grid> left_handed_grids() {
   return grids;
 }
 
-/// The same value at the same place, wherever the grid keeps it.
+/// The same value at the same place, whatever its index.
 void expect_same_samples(const Volume& found, const Volume& wanted, double tolerance_mm) {
   ASSERT_EQ(found.grid.size, wanted.grid.size);
   EXPECT_NEAR(glm::determinant(found.grid.direction), 1.0, 1e-6);
@@ -64,7 +65,7 @@ TEST(MirroredAxes, AreReadInEveryFrameOfASequence) {
   const std::vector<Volume> frames = {known_volume(grid, 0), known_volume(grid, 1),
                                       known_volume(grid, 2)};
   itk_oracle::write(folder / "s.nii", frames, {});
-  // The list axis first: all frames of a voxel lie together.
+  // The list axis first: all frames of a voxel are adjacent.
   const glm::dvec3 i = grid.direction[0] * grid.spacing_mm.x,
                    j = grid.direction[1] * grid.spacing_mm.y,
                    k = grid.direction[2] * grid.spacing_mm.z;
@@ -81,7 +82,7 @@ TEST(MirroredAxes, AreReadInEveryFrameOfASequence) {
       "kinds: list domain domain domain\nspace directions: none " +
           vector(i) + vector(j) + vector(k) + "\nspace origin: " + vector(grid.origin_mm) +
           "\nendian: little\nencoding: raw\n\n" + data);
-  // std::to_string gives six decimals, over up to 4 voxels.
+  // std::to_string() gives six decimals, over up to 4 voxels.
   for (const auto& [name, tolerance] : {std::pair("s.nii", 3e-4), std::pair("s.nrrd", 1e-5)}) {
     const auto found = read_sequence({folder / name});
     ASSERT_TRUE(found) << found.error().message;
@@ -99,7 +100,8 @@ TEST(MirroredAxes, OfSomeFramesOnlyAreNoDifference) {
   Volume second = known_volume(mirrored, 1);
   itk_oracle::write(folder / "f0.mha", {known_volume(grid, 0)}, {});
   itk_oracle::write(folder / "f1.mha", {second}, {});
-  // Reversing j of a file that is reversed along i turns the axes by half a turn: another grid.
+  // A file reversed along i, read as right-handed, gets its j reversed: its axes are rotated by
+  // half a turn, so it is another grid.
   const auto refused = read_sequence({folder.path()});
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, ::testing::HasSubstr("a direction of axis 0"));

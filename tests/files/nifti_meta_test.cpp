@@ -1,5 +1,5 @@
-// What ITK does not write into NIfTI and MetaImage: scaling, units, swapped bytes, pairs, lists,
-// lone qforms.
+// Features of NIfTI and MetaImage that ITK does not write: scaling, units, swapped bytes, pairs,
+// lists, a qform alone.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -145,7 +145,7 @@ TEST(NiftiReader, ReadsNifti2LikeNifti1) {
       EXPECT_EQ(two->frames[k].values, one->frames[k].values);
     }
   }
-  // A field of the other version: vectors, and each of its two intents.
+  // A field in the other version: vectors, with each of the two intents.
   const Field field = known_field(oblique_grid());
   ASSERT_TRUE(write_field(field, folder / "u.nii"));
   const std::string u = read_bytes(folder / "u.nii");
@@ -176,7 +176,8 @@ TEST(NiftiReader, RefusesADamagedNifti2) {
   put<int64_t>(wrong, 168, -1);
   EXPECT_THAT(refusal(wrong + data), HasSubstr("byte -1"));
   wrong = header;
-  wrong[8] = '!';  // the line end that shows damage by text transfer
+  // The line end that detects damage by text transfer.
+  wrong[8] = '!';
   EXPECT_THAT(refusal(wrong + data), HasSubstr("not a NIfTI file"));
 }
 
@@ -186,7 +187,8 @@ TEST(NiftiReader, SaysWhichFormIsUsedWhereTheyDifferByMoreThanHalfAVoxel) {
   struct FormCase {
     int sform_code;
     double shift_mm;
-    const char* used;  ///< null: no word about it
+    /// Null: no message about it.
+    const char* used;
   };
   // The finest axis has 0.75 mm. ITK takes the sform if it names scanner coordinates (code 1).
   for (const FormCase& c :
@@ -227,7 +229,8 @@ TEST(NiftiReader, SaysOnceWhatIsTrueOfSeveralFrames) {
 TEST(NiftiReader, SeesFormsThatAgreeAtTheOriginOnly) {
   const TemporaryFolder folder;
   std::string header = nifti_header(straight_grid());
-  // k runs the other way in the sform: 2 voxels of 2.5 mm from the origin they are 10 mm apart.
+  // k is reversed in the sform: at 2 voxels of 2.5 mm from the origin the two forms are 10 mm
+  // apart.
   put<float>(header, 280 + 32 + 8, -2.5F);
   write_bytes(folder / "v.nii",
               header + bytes_of_values<float>(known_volume(straight_grid()).values));

@@ -1,4 +1,4 @@
-// Hand-written files: what Slicer, teem and others write and ITK does not.
+// Hand-written files: what Slicer, teem and others write, and ITK does not.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -153,7 +153,7 @@ TEST_F(NrrdReader, TurnsMillisecondsToSeconds) {
       read(kListLast + ("axis 3 index unit:=ms\naxis 3 index values:=10 310 1250\n\n" + last_));
   const auto field = read(
       kListLast + ("units: \"\" \"\" \"\" \"ms\"\naxis 3 index values:=10 310 1250\n\n" + last_));
-  // 310 * 0.001 is 0.31 to the last bit or the one before.
+  // 310 * 0.001 is 0.31 to within the last bit.
   EXPECT_THAT(key.times_s, Pointwise(DoubleNear(1e-15), {0.01, 0.31, 1.25}));
   EXPECT_THAT(field.times_s, Pointwise(DoubleNear(1e-15), {0.01, 0.31, 1.25}));
   EXPECT_TRUE(key.times_known && field.times_known);

@@ -1,4 +1,4 @@
-// Files without a header, as H3D's scenes have them: only what somebody says of them is known.
+// Files without a header, as in H3D's scenes: only the scene describes them.
 #include "integration/files/raw_header.h"
 
 #include <gmock/gmock.h>
@@ -17,7 +17,7 @@ using ::testing::AllOf;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
-/// The bytes of numbers as this machine, which is little-endian, has them.
+/// The bytes of numbers as this machine, which is little endian, stores them.
 template <class T>
 std::string bytes_of_all(const std::vector<T>& numbers) {
   std::string bytes(numbers.size() * sizeof(T), '\0');
@@ -34,7 +34,8 @@ void expect_read(SampleType type) {
   const TemporaryFolder folder;
   std::vector<T> numbers;
   for (size_t k = 0; k < 24; ++k) numbers.push_back(T(int(known_value(k, 0))));
-  numbers[5] = T(-3);  // of unsigned ones: close to the highest
+  // For unsigned types: close to the highest value.
+  numbers[5] = T(-3);
   write_bytes(folder / "a.raw", bytes_of_all(numbers));
   const auto volume = read_raw_volume(folder / "a.raw", samples_of(type));
   ASSERT_TRUE(volume) << volume.error().message;
@@ -55,7 +56,7 @@ TEST(RawHeader, EveryTypeOfNumberIsRead) {
   expect_read<double>(SampleType::kDouble);
 }
 
-/// A scene has x to the left of a patient, y to the head, z to the front.
+/// A scene has x to the patient's left, y to the head, z to the front.
 TEST(RawHeader, AxesAreThoseOfAScene) {
   const auto raster = raw_header("a.raw", samples_of(SampleType::kUint8));
   ASSERT_TRUE(raster) << raster.error().message;

@@ -32,7 +32,7 @@ SceneSpec accepted(const std::string& text) {
 const std::string kVolume = R"("volumes": [{"name": "a", "source": "heart"}])";
 const std::string kMode = R"("modes": [{"strength": 1}])";
 
-/// A scene with one more key in its root, its volume, its mode.
+/// A scene with one more key in its root.
 std::string scene_with(const std::string& key) {
   return "{" + kVolume + "," + kMode + "," + key + "}";
 }
@@ -120,7 +120,7 @@ void expect_same(const SceneSpec& a, const SceneSpec& b) {
   }
 }
 
-/// A scene in which every object of the format stands, and no value is its default.
+/// A scene that contains every object of the format, with no value at its default.
 const char* const kEverything = R"({
   "stiffness_n_per_m": 700.5, "damping_n_s_per_m": 0.1, "max_force_n": 3.5,
   "world_from_device": {"translation_m": [0.1, 0.2, 0.3], "rotation": {"axis": [1, 2, 3], "degrees": 33}, "scale": 2},
@@ -402,7 +402,8 @@ TEST(SceneFile, WritesPathsRelativeToItself) {
 }
 
 TEST(SceneFile, IsWhatPeopleReadInTheDocumentation) {
-  // Keys of the tables against keys that the reader asked for in a scene that has every object.
+  // The keys of the page's tables must be those that the reader looks up in a scene with every
+  // object.
   std::ostringstream text;
   text << std::ifstream(PALPATE_SOURCE_DIR "/docs/scene-file.md").rdbuf();
   const std::string page = text.str();
@@ -420,7 +421,7 @@ TEST(SceneFile, IsWhatPeopleReadInTheDocumentation) {
   ASSERT_TRUE(parse_scene("scene.json", kEverything, {}, &asked));
   EXPECT_EQ(documented, asked);
 
-  // The examples are scenes.
+  // The page's examples must be valid scenes.
   size_t at = 0;
   int examples = 0;
   while ((at = page.find("```json\n", at)) != std::string::npos) {
@@ -463,7 +464,7 @@ TEST(SceneFile, NamesEachKnownKeyOnce) {
     std::set<std::string> seen;
     for (std::sregex_iterator at(sentence.begin() + long(start) + 10, sentence.end(), word), end;
          at != end; ++at)
-      EXPECT_TRUE(seen.insert(at->str()).second) << at->str() << " stands twice in: " << sentence;
+      EXPECT_TRUE(seen.insert(at->str()).second) << at->str() << " is twice in: " << sentence;
   }
 }
 

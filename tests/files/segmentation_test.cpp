@@ -45,13 +45,13 @@ TEST_F(SegmentationReader, GivesNamesColoursAndPlaceOfASlicerFile) {
   const auto found = read(kSlicer, {0, 3, 3, 0, 7, 7, 0, 0, 3, 0, 0, 7});
   ASSERT_EQ(found.size(), 1U) << error_;
   const Segmentation& one = found.front();
-  // What was named but not drawn is no part.
+  // A segment that is named but has no voxel is no part.
   ASSERT_EQ(one.parts.size(), 2U);
   EXPECT_EQ(one.parts[0].name, "left ventricle");
   EXPECT_EQ(one.parts[0].colour, glm::vec3(0.9F, 0.25F, 0.5F));
   EXPECT_EQ(one.parts[1].name, "myocardium");
   EXPECT_EQ(one.parts[1].label, 7);
-  // The extent offset says where the file's grid lies in the image's, which the origin says too.
+  // The extent offset gives the place of the file's grid in the image's; so does the origin.
   EXPECT_EQ(one.grid.origin_mm, glm::dvec3(-10.0, 20.0, 30.0));
   EXPECT_EQ(one.grid.spacing_mm, glm::dvec3(0.5, 0.75, 2.5));
   const auto mask = one.mask({"left ventricle"});
@@ -74,7 +74,7 @@ TEST_F(SegmentationReader, SaysWhichSegmentsThereAreWhenANameIsNone) {
 }
 
 TEST_F(SegmentationReader, ReadsLayersOfPartsThatOverlap) {
-  // Two layers, which are the fastest axis.
+  // Two layers, along the fastest axis.
   std::string header = kSlicer;
   header.replace(header.find("dimension: 3"), 12, "dimension: 4");
   header.replace(header.find("sizes: 3 2 2"), 12, "sizes: 2 3 2 2");
@@ -142,16 +142,17 @@ TEST_F(SegmentationReader, RefusesWhatIsNoSegmentation) {
   EXPECT_THAT(error_, HasSubstr("a label or a layer that makes no sense"));
 }
 
-/// How a distance fits the border of a label within the slices, and how smooth it is: along the
-/// columns and rows where the label changes, where the distance is 0, and the angle between the
-/// normals at crossings that are neighbours in the slice.
+/// How well a distance agrees with the border of a label within the slices, and how smooth it is:
+/// along columns and rows in which the label changes, the place of distance 0; and the angle
+/// between the normals at crossings that are neighbours in the slice.
 struct Border {
   double mean_mm = 0.0, rms_mm = 0.0;
   double angle_rms_degrees = 0.0;
 };
 Border border_of(const Mask& mask, const Volume& distance) {
   const Grid& grid = mask.grid;
-  std::vector<std::pair<glm::dvec3, glm::dvec3>> crossings;  // place (mm), normal
+  // Place (mm), normal.
+  std::vector<std::pair<glm::dvec3, glm::dvec3>> crossings;
   double sum = 0.0, squares = 0.0;
   const auto value = [&](glm::dvec3 mm) {
     return sample(distance, distance.grid.index_from_lps(mm));
@@ -167,9 +168,10 @@ Border border_of(const Mask& mask, const Volume& distance) {
           const glm::dvec3 b = grid.lps_from_index(glm::dvec3(other));
           const glm::dvec3 in = here ? a : b, out = here ? b : a;
           const double d_in = value(in), d_out = value(out);
-          if (!(d_in - d_out > 0.2 * glm::length(in - out))) continue;  // not across the border
+          // Not across the border.
+          if (!(d_in - d_out > 0.2 * glm::length(in - out))) continue;
           const double share = d_in / (d_in - d_out);
-          // Above 0 where the wall lies further out than the label.
+          // Above 0 where the wall is outside the label.
           const double off = (share - 0.5) * glm::length(out - in);
           sum += off;
           squares += off * off;
@@ -212,12 +214,12 @@ TEST(SegmentOfARealHeart, IsNeitherMovedNorStepped) {
     ASSERT_TRUE(mask);
     const Border smooth = border_of(*mask, signed_distance(*mask));
     const Border exact = border_of(*mask, exact_signed_distance(*mask));
-    // A quarter of a voxel of 0.82 mm on average, and half a voxel is what a label knows. Measured:
-    // the pool is 0.13 mm smaller, as a Gaussian makes what is curved.
+    // A quarter of a voxel of 0.82 mm on average; half a voxel is the resolution of a label.
+    // Measured: the pool is 0.13 mm smaller, because a Gaussian shrinks curved surfaces.
     EXPECT_LT(std::abs(smooth.mean_mm), 0.2);
     EXPECT_LT(smooth.rms_mm, 0.41);
-    // Where the myocardium alone is one to two voxels thick it keeps their steps, so as to be
-    // there.
+    // The myocardium alone is one to two voxels thick in places. There it keeps the steps of its
+    // voxels, because smoothing would remove it.
     const bool is_thin = labels == std::vector<std::string>{"1"};
     EXPECT_LT(smooth.angle_rms_degrees, (is_thin ? 0.8 : 0.25) * exact.angle_rms_degrees);
   }

@@ -1,5 +1,5 @@
-// The file of one motion for a whole sequence: it comes back bit by bit, lies as documented, and
-// what is damaged is refused with a sentence.
+// The file of one motion for a whole sequence: read again bit by bit, with the documented layout;
+// damaged files are refused with a message.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The real CT in known motion, where it lies beside the project.
+// The real CT with known motion, if the data are beside the project.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

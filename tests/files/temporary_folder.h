@@ -10,7 +10,7 @@
 
 namespace palpate::files {
 
-/// An empty folder that is gone with its owner.
+/// An empty folder that is removed with its owner.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -27,7 +27,7 @@ class TemporaryFolder {
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path operator/(std::string_view name) const { return path_ / name; }
 
-  /// Names of everything in it, hidden files too.
+  /// The number of entries in it, hidden files too.
   size_t entry_count() const {
     size_t n = 0;
     for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(path_)) ++n;

@@ -10,7 +10,8 @@
 
 namespace palpate::files {
 
-/// 5 x 4 x 3 samples, three different spacings, turned about all axes: every mixed-up axis shows.
+/// 5 x 4 x 3 samples, three different spacings, rotated about all axes: any confusion of axes is
+/// detected.
 inline Grid oblique_grid() {
   Grid grid;
   grid.size = {5, 4, 3};
@@ -32,7 +33,7 @@ inline Grid straight_grid(glm::ivec3 size = {5, 4, 3}) {
   return grid;
 }
 
-/// A different whole number in [0, 250] at (nearly) every voxel of every frame: exact in all sample
+/// A different integer in [0, 250] at (nearly) every voxel of every frame: exact in all sample
 /// types.
 inline float known_value(size_t voxel, size_t frame) {
   return float((voxel * 7 + frame * 31) % 251);

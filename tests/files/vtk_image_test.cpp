@@ -14,8 +14,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// The format that the documentation shows, as a user would write it. ITK is trusted: it writes
-/// what is read here.
+/// The example format of the documentation, used as a user would. ITK is the oracle: it writes the
+/// files.
 class VtkImage : public ::testing::Test {
  protected:
   static void SetUpTestSuite() { add_vtk_images(); }

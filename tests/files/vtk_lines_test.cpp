@@ -1,5 +1,5 @@
-// Lines for ParaView and 3D Slicer: written by hand, read again by VTK's own reader where it is
-// installed.
+// Lines for ParaView and 3D Slicer: compared with text written by hand, and read by VTK's own
+// reader if it is installed.
 #include "integration/files/vtk_lines.h"
 
 #include <gtest/gtest.h>

@@ -15,7 +15,7 @@ namespace {
 
 using test::Random;
 
-/// A smooth random field, seldom at rest at its border, whose certificate is `q`.
+/// A smooth random field whose certificate is `q`; usually not at rest at its border.
 std::shared_ptr<const MotionMap> smooth_map(const Grid& grid, Random& random, double shortest_mm,
                                             double q) {
   const Field field = test::smooth_field(grid, random, shortest_mm);
@@ -32,7 +32,7 @@ glm::dvec3 some_place(const Grid& grid, Random& random, double beyond) {
   return volume_from_lps(grid.lps_from_index(test::some_index(grid, random, beyond)));
 }
 
-/// How many back-trackings took how many steps.
+/// The number of back-trackings for each number of steps.
 struct Histogram {
   std::array<int, 65> count{};
   int total = 0;
@@ -40,7 +40,7 @@ struct Histogram {
     ++count[size_t(steps)];
     ++total;
   }
-  /// The steps that all but a share `beyond` need.
+  /// The number of steps that is enough for all but a share `beyond`.
   int quantile(double beyond) const {
     int left = total;
     for (size_t steps = 0; steps < count.size(); ++steps) {
@@ -67,7 +67,7 @@ TEST(BackTrack, TurnsALinearMotionAroundInOneStep) {
     const BackTrack back = back_track(*map, phase, target, x + glm::dvec3(4e-4, 3e-4, -2e-4));
     EXPECT_TRUE(back.ok);
     EXPECT_EQ(back.steps, 1);
-    // The slope of the stored field is right to 1e-6 and the way is 0.5 mm.
+    // The slope of the stored field is right to 1e-6, over a distance of 0.5 mm.
     EXPECT_LT(glm::length(back.x_m - x), 1e-9);
     EXPECT_LT(glm::length(back.at.u_m - map->displacement(back.x_m)), 1e-15);
   }
@@ -97,8 +97,8 @@ TEST(BackTrack, IsRightEverywhereWhereTheFieldContracts) {
       const glm::dvec3 closing = random.vector(1e-4);
       const double phase = random.draw(0.0, 1.0);
       const glm::dvec3 target = x + phase * (map->displacement(x) + closing);
-      // As in use: the hand moves by up to 1 m/s and the data by up to a frame in 10 ms, so that
-      // the last millisecond's point is within a millimetre and a tenth of the displacement.
+      // As in use: the hand moves by up to 1 m/s and the data by up to a frame in 10 ms. So the
+      // point of the last millisecond is at most a millimetre and a tenth of the displacement away.
       const glm::dvec3 last =
           x + random.vector(5e-4) + random.draw(-0.1, 0.1) * map->displacement(x);
       const BackTrack from_last = back_track(*map, phase, target, last, closing);
@@ -107,7 +107,8 @@ TEST(BackTrack, IsRightEverywhereWhereTheFieldContracts) {
         ASSERT_TRUE(back->ok) << "seed " << seed << " draw " << draw << " steps " << back->steps;
         const double left = residual_m(*map, phase, target, closing, back->x_m) / map->cell_m();
         ASSERT_LE(left, 1.01e-6) << "seed " << seed << " draw " << draw;
-        // One to one: the point is the one that was moved. det may be as small as (1 - q)^3.
+        // The map is one to one, so the point must be the one that was moved. det may be as small
+        // as (1 - q)^3.
         ASSERT_LE(glm::length(back->x_m - x), 1e-4 * map->cell_m()) << "seed " << seed;
       }
       warm.add(from_last.steps);
@@ -133,7 +134,8 @@ TEST(BackTrack, TakesOneStepFromAFewMicrometres) {
     ASSERT_TRUE(back.ok);
     steps.add(back.steps);
   }
-  // A second step is needed only where a cell face lies between: 3 faces, 6 um of 1 mm each way.
+  // A second step is needed only if a cell face is in between: 3 faces, 6 um of 1 mm on either
+  // side.
   EXPECT_LE(steps.quantile(0.02), 1) << steps.text();
   EXPECT_LE(steps.quantile(0.0), 3) << steps.text();
 }
@@ -169,7 +171,7 @@ TEST(BackTrack, IsNeverOkAtAWrongOrFoldedPointOfAnyField) {
   EXPECT_GT(accepted, 1000);
 }
 
-/// u = -1.5 x for |x| < 4 mm, turning back beyond: x + u folds over between two sheets.
+/// u = -1.5 x for |x| < 4 mm, and back to zero beyond: x + u folds between two sheets.
 Field folding_field(const Grid& grid) {
   Field field = still_field(grid);
   for (int k = 0; k < grid.size.z; ++k)
@@ -186,8 +188,8 @@ TEST(BackTrack, DoesNotJumpOverAFoldToAnotherPartOfTheMaterial) {
   const Grid grid = test::cube_grid(33, 1.0);
   const auto map = MotionMap::of(folding_field(grid));
   EXPECT_GT(map->folded_cells(), 0U);
-  // x = 7 mm stands at 1 mm at the end of the step; x = -5 mm does too, on the other side of the
-  // fold (and so does -2 mm within it).
+  // x = 7 mm is moved to 1 mm at the end of the step. So is x = -5 mm, on the other side of the
+  // fold, and x = -2 mm within the fold.
   const glm::dvec3 target(1e-3, 0.0, 0.0), here(7e-3, 0.0, 0.0), there(-5e-3, 0.0, 0.0);
   const BackTrack from_here = back_track(*map, 1.0, target, here + glm::dvec3(2e-4, 0, 0));
   EXPECT_TRUE(from_here.ok);
@@ -196,12 +198,12 @@ TEST(BackTrack, DoesNotJumpOverAFoldToAnotherPartOfTheMaterial) {
   EXPECT_FALSE(within.ok);
   for (double start_m = -5e-3; start_m <= 3.9e-3; start_m += 1e-4) {
     const BackTrack back = back_track(*map, 1.0, target, {start_m, 0.0, 0.0});
-    // Whatever was found from the far side or from inside, it is not passed off as x = 7 mm.
+    // A result from the far side or from inside the fold must never be x = 7 mm.
     if (back.ok) {
       EXPECT_LT(glm::length(back.x_m - there), 1e-8) << start_m;
     }
   }
-  // While the step has not gone as far as to fold, all is well: 1 - 0.5 * 1.5 > 0.
+  // Half of the step does not fold: 1 - 0.5 * 1.5 > 0.
   EXPECT_TRUE(back_track(*map, 0.5, {1e-3, 0.0, 0.0}, {0.0, 0.0, 0.0}).ok);
 }
 
@@ -230,7 +232,8 @@ TEST(BackTrack, PicardConvergesBelowOneAndDivergesBeyond) {
   const Grid grid = test::cube_grid(64, 1.0);
   const glm::dvec3 x(2e-3, 1e-3, -1e-3);
   for (const double slope : {0.5, 0.8, 1.2, 1.5}) {
-    // x + u = (1 + slope) x: nothing folds, but the fixed point multiplies its error by -slope.
+    // x + u = (1 + slope) x does not fold, but the fixed-point iteration multiplies its error by
+    // -slope.
     const auto map = MotionMap::of(test::linear_field(grid, glm::dvec3(0.0), glm::dmat3(slope)));
     const glm::dvec3 target = (1.0 + slope) * x;
     const glm::dvec3 start = x + glm::dvec3(1e-4);
@@ -242,7 +245,8 @@ TEST(BackTrack, PicardConvergesBelowOneAndDivergesBeyond) {
     EXPECT_EQ(newton.steps, 1) << slope;
     if (slope < 1.0) {
       EXPECT_LT(glm::length(picard.x_m - newton.x_m), 1e-8) << slope;
-      // 0.1 mm to 1e-6 mm: log(1e-5) / log(q) steps, and the length of the diagonal more.
+      // From 0.1 mm to 1e-6 mm: log(1e-5) / log(q) steps, and some more for the length of the
+      // diagonal.
       EXPECT_NEAR(picard.steps,
                   std::log(1e-6 / (0.1 * std::sqrt(3.0) * (1 + slope))) / std::log(slope), 2.0);
     }

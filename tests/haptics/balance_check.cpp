@@ -9,8 +9,9 @@ namespace {
 
 using Kind = Primitive::Kind;
 
-/// Sums of forces of 1e3 N that leave 1e-9 N, and in the shortest vector's test their products:
-/// more digits than long double has. The compiler's own type; slow, so it comes second.
+/// Sums of forces of 1e3 N must cancel to 1e-9 N, and the search for the shortest vector multiplies
+/// them: this needs more digits than long double has. Quad is the compiler's own type; it is slow,
+/// so it is tried second.
 #ifdef __SIZEOF_FLOAT128__
 __extension__ using Quad = __float128;
 #else
@@ -53,9 +54,10 @@ Vec3<T> unit(Vec3<T> v) {
   return size > T(0) ? v * (T(1) / size) : v;
 }
 
-/// What one primitive can give at a place: q times 0 to s (planes), or a part of the ball of radius
-/// s in the space perpendicular to q: that within an angle of a direction, and the hull of it. The
-/// angle may be so small that its cosine is 1: its sine is what counts.
+/// The forces that one primitive can give at a place. A plane: q times 0 to s. A line or point: a
+/// part of the ball of radius s in the space perpendicular to q, namely the directions within an
+/// angle of `towards`, and their hull. The angle is stored as its sine, because its cosine may
+/// round to 1.
 template <class T>
 struct Giver {
   bool flat = false, any_direction = true;
@@ -74,11 +76,11 @@ struct Giver {
     return towards * least() + side;
   }
 
-  /// The force that goes farthest along a direction.
+  /// The force with the largest component along a direction.
   Vec3<T> farthest(Vec3<T> along) const {
     if (flat) return dot(along, q) > T(0) ? q * strength : Vec3<T>();
-    for (int again = 0; again < 2; ++again)  // round-off is all there is of one along q
-      along = unit(along - q * dot(along, q));
+    // The second pass removes the round-off of a direction that is nearly parallel to q.
+    for (int again = 0; again < 2; ++again) along = unit(along - q * dot(along, q));
     const Vec3<T> on_ball = along * strength;
     if (any_direction || in_angle(on_ball)) return on_ball;
     return towards * least() + unit(across(along)) * (strength * sine);
@@ -99,7 +101,7 @@ Vec3<T> perpendicular(const Primitive& p, Vec3<T> from) {
   return from - q * dot(q, from);
 }
 
-/// All that acts at a place: what is fixed there, and who can give more or less.
+/// The forces at a place: the fixed ones, and the primitives whose force may vary.
 template <class T>
 struct Forces {
   Vec3<T> fixed{};
@@ -144,7 +146,8 @@ Forces<T> forces_at(const PrimitiveSet& primitives, glm::dvec3 probe, double sti
   return result;
 }
 
-/// Each giver in turn makes the rest as short as it can: quick where they are not nearly parallel.
+/// Each primitive in turn makes the remaining force as short as it can. Fast if they are not nearly
+/// parallel.
 template <class T>
 T sweep(Forces<T> forces, T enough) {
   Vec3<T> rest = forces.fixed;
@@ -161,7 +164,7 @@ T sweep(Forces<T> forces, T enough) {
   return length(rest);
 }
 
-/// Weights of the affine combination of points nearest to 0, by Gram and Schmidt twice over.
+/// Weights of the affine combination of points that is nearest to 0, by Gram-Schmidt, done twice.
 template <class T>
 std::vector<T> nearest_combination(const std::vector<Vec3<T>>& points) {
   const size_t edges = points.size() - 1;
@@ -190,7 +193,7 @@ std::vector<T> nearest_combination(const std::vector<Vec3<T>>& points) {
   return weights;
 }
 
-/// The shortest vector of the hull of points, which are thinned out to those that make it.
+/// The shortest vector of the hull of points. Removes the points that do not take part in it.
 template <class T>
 Vec3<T> shortest_of(std::vector<Vec3<T>>& points, std::vector<T>& weights) {
   while (true) {
@@ -215,9 +218,9 @@ Vec3<T> shortest_of(std::vector<Vec3<T>>& points, std::vector<T>& weights) {
   return sum;
 }
 
-/// Wolfe's method for the shortest vector of a convex set that is known by its farthest points
-/// (P. Wolfe, Finding the nearest point in a polytope, 1976): finite for planes, and fast where
-/// sets are round.
+/// Wolfe's method for the shortest vector of a convex set that is given by its farthest point along
+/// a direction (P. Wolfe, Finding the nearest point in a polytope, 1976): finite for planes, and
+/// fast for round sets.
 template <class T>
 T wolfe(const Forces<T>& forces, T enough) {
   const auto farthest = [&](Vec3<T> along) {

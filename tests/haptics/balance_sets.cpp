@@ -89,7 +89,7 @@ class Maker {
     return result;
   }
 
-  /// Close enough to a primitive to be held or to yield, as it comes.
+  /// Close enough to a primitive that the primitive either holds the proxy or yields, at random.
   glm::dvec3 probe(const BalanceCase& made) {
     const Primitive& one = made.primitives[pick(made.primitives.count())];
     const double reach = one.strength_n / made.stiffness_n_per_m;

@@ -4,7 +4,7 @@
 
 namespace palpate::test {
 
-/// Everything balance() is asked.
+/// All arguments of balance().
 struct BalanceCase {
   PrimitiveSet primitives;
   glm::dvec3 probe{0.0};
@@ -12,9 +12,9 @@ struct BalanceCase {
 };
 
 /// A set of 1 to 32 primitives of all kinds, without friction: strengths 1e-6 to 1e3 N, stiffness
-/// 10 to 1e5 N/m, positions within 1 m. Degenerate on purpose: positions that coincide, directions
-/// that are parallel, opposite, orthogonal or nearly parallel (1e-2 to 1e-14), probes on a
-/// primitive. The same for the same seed.
+/// 10 to 1e5 N/m, positions within 1 m. Degenerate cases are included: positions that coincide;
+/// directions that are parallel, opposite, orthogonal or nearly parallel (1e-2 to 1e-14); probes on
+/// a primitive. Equal seeds give equal sets.
 BalanceCase random_set(unsigned seed);
 
 }  // namespace palpate::test

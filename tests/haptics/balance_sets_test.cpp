@@ -1,5 +1,5 @@
-// What holds for any set of primitives, on seeded random ones. Oracle: an optimality check that is
-// worked out from the proxy alone (balance_check.h).
+// Properties of balance() for any set of primitives, on seeded random sets. Oracle: an optimality
+// check that uses only the proxy (balance_check.h).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,11 +16,11 @@
 namespace palpate::test {
 namespace {
 
-/// Twice: a set that is not solved in double is tried again with more digits.
+/// Twice: a set that is not solved in double precision is solved again with more digits.
 constexpr int kMaxIterations = 2 * ConvexBalance<double>::kMaxIterations;
 
-/// Sum over primitives of strength times the round-off of places that balance_check.h allows: by so
-/// much, in J, is Phi known.
+/// Sum over primitives of strength times the round-off of places that balance_check.h allows: the
+/// uncertainty of Phi, in J.
 double slack_j(const BalanceCase& made, glm::dvec3 proxy) {
   double place = std::max(largest_of(made.probe), largest_of(proxy)), strength = 0.0;
   for (const Primitive& p : made.primitives) {
@@ -31,8 +31,8 @@ double slack_j(const BalanceCase& made, glm::dvec3 proxy) {
          (strength + made.stiffness_n_per_m * place);
 }
 
-/// How far apart two proxies of the same case can be when Phi is known to slack_j and the residual
-/// is 1e-9 N: Phi grows by k/2 |d|^2 from its minimum.
+/// How far apart two proxies of the same case can be if Phi has the uncertainty slack_j and the
+/// residual is 1e-9 N: Phi grows by k/2 |d|^2 from its minimum.
 double apart_m(const BalanceCase& made, glm::dvec3 proxy) {
   return 2e-9 / made.stiffness_n_per_m +
          std::sqrt(4.0 * slack_j(made, proxy) / made.stiffness_n_per_m);
@@ -42,7 +42,7 @@ Balance solve(const BalanceCase& made) {
   return balance(made.primitives, made.probe, made.stiffness_n_per_m);
 }
 
-/// PALPATE_BALANCE_SETS: how many to try; a million takes about half a minute.
+/// PALPATE_BALANCE_SETS: how many sets to test; a million takes about half a minute.
 unsigned set_count() {
   const char* wanted = std::getenv("PALPATE_BALANCE_SETS");
   return wanted ? unsigned(std::stoul(wanted)) : 100000U;
@@ -61,8 +61,8 @@ TEST(BalanceSets, AreSolvedToANanonewton) {
     if (got.converged && got.residual_n <= 1e-9 && residual <= 1e-9) continue;
     ++failures;
     ADD_FAILURE() << "seed " << seed << ": " << made.primitives.count() << " primitives, residual "
-                  << residual << " N, said " << got.residual_n << " N, converged " << got.converged
-                  << " after " << got.iterations;
+                  << residual << " N, reported " << got.residual_n << " N, converged "
+                  << got.converged << " after " << got.iterations;
   }
   long sum = 0;
   std::string text;
@@ -75,7 +75,7 @@ TEST(BalanceSets, AreSolvedToANanonewton) {
 }
 
 TEST(BalanceSets, AreTheSameWithAHintOfWhatHeldLast) {
-  // A hand that moves on a little, a lot, and then meets another set altogether.
+  // A hand that moves a little, then a lot, and then meets a different set.
   BalanceHint hint;
   for (unsigned seed = 0; seed < 4000; ++seed) {
     BalanceCase made = random_set(seed);
@@ -104,7 +104,7 @@ TEST(BalanceSets, AreNeverAboveASlowReference) {
     const long double above = phi(slow) - phi(got);
     const double slack = slack_j(made, got);
     EXPECT_GE(double(above), -slack) << "seed " << seed;
-    // and the reference is as far away as strong convexity lets it be, not further
+    // By strong convexity the reference is not farther away than the difference of Phi allows.
     const double apart = glm::distance(slow, got);
     EXPECT_LE(0.5 * made.stiffness_n_per_m * apart * apart, 2.0 * double(above) + 4.0 * slack)
         << "seed " << seed;

@@ -14,9 +14,9 @@ using Kind = Primitive::Kind;
 using Vec = glm::dvec3;
 
 constexpr double kStiffness = 1000.0;  // N/m: 1 N is 1 mm
-/// Positions of some centimetres, and a few operations with each: some units of 2^-53 * 0.1 m.
+/// Positions of some centimetres, a few operations each: some units of 2^-53 * 0.1 m.
 constexpr double kRoundOffM = 1e-16;
-/// The general solver ends below 1e-9 N, and places are known to 16 units in the last place.
+/// The general solver ends below 1e-9 N; places have a round-off of 16 units in the last place.
 constexpr double kSolvedM = 1e-9 / kStiffness + 1e-15;
 
 PrimitiveSet set_of(std::initializer_list<Primitive> primitives) {
@@ -85,12 +85,12 @@ TEST(Balance, PullsToALineAndToAPoint) {
 
 TEST(Balance, SlidesWithFrictionTimesTheNormalForce) {
   const auto set = set_of({plane(kPlace, kTilted, 4.0, 0.5)});
-  // 2 N normal: 1 N of friction, which is 1 mm.
+  // 2 N of normal force, so at most 1 N of friction, which stretches the spring by 1 mm.
   const Vec pressed = kPlace - 0.002 * kTilted;
   expect_near(balance(set, pressed + 0.0009 * kAcross, kStiffness).proxy, kPlace, kRoundOffM);
   expect_near(balance(set, pressed + 0.003 * kAcross, kStiffness).proxy, kPlace + 0.002 * kAcross,
               kRoundOffM);
-  // 6 N wanted, 4 N given: 2 N of friction.
+  // The spring needs 6 N, the plane gives 4 N: 2 N of friction.
   expect_near(balance(set, kPlace - 0.006 * kTilted + 0.003 * kAcross, kStiffness).proxy,
               kPlace - 0.002 * kTilted + 0.001 * kAcross, kRoundOffM);
 }
@@ -115,17 +115,18 @@ TEST(Balance, RestsInTheCornerOfThreePlanesFarApart) {
                            plane({-0.6, 0.1, 0.03}, kZ, 4.0)});
   const Balance result = balance(set, {0.008, 0.017, 0.024}, kStiffness);
   EXPECT_TRUE(result.converged);
-  // the third gives 4 of 6 N
+  // The third plane gives 4 of 6 N.
   expect_near(result.proxy, {0.01, 0.02, 0.028}, kSolvedM);
 }
 
 TEST(Balance, SlidesIntoAnEdge) {
-  // Two planes at 60 degrees; the probe straight below the edge: the forces share the load.
+  // Two planes at 60 degrees, the probe straight below their edge: both planes carry a part of the
+  // load.
   const double c = std::cos(0.5), s = std::sin(0.5);
   const auto set = set_of({plane(kPlace, {c, 0.0, s}, 3.0), plane(kPlace, {-c, 0.0, s}, 3.0)});
   expect_near(balance(set, kPlace - 0.001 * kZ + 0.002 * kY, kStiffness).proxy, kPlace + 0.002 * kY,
               kSolvedM);
-  // 6 N at most, of which sin(0.5) upwards
+  // The two give 6 N in total, of which the share sin(0.5) points upwards.
   expect_near(balance(set, kPlace - 0.01 * kZ, kStiffness).proxy, kPlace - (0.01 - 0.006 * s) * kZ,
               kSolvedM);
 }
@@ -146,7 +147,8 @@ TEST(Balance, TakesFrictionOfSeveralModesFromTheirOwnNormalForces) {
 }
 
 TEST(Balance, SharesFrictionOfRepeatedPlanesByStrength) {
-  // The same plane as 1 N and 3 N, pressed with 2 N: 0.5 N and 1.5 N, whatever else is there.
+  // One plane, given as a plane of 1 N and one of 3 N, pressed with 2 N: they carry 0.5 N and 1.5
+  // N, with or without another primitive.
   const double friction_n = 0.5 * 0.8 + 1.5 * 0.4;
   for (const Primitive& other : {plane(kPlace, kTilted, 1e-30), plane(kPlace - kX, kX, 1.0)}) {
     const auto set =
@@ -187,7 +189,7 @@ TEST(Balance, TheCheckOfTheTestsSeesAWrongProxy) {
   const Vec probe = kPlace - 0.001 * kTilted;
   const Vec proxy = balance(set, probe, kStiffness).proxy;
   EXPECT_LE(test::residual_n(set, probe, kStiffness, proxy), 1e-9);
-  // 1 pm off the plane it gives nothing, or all: then 1 N of spring has no match
+  // At 1 pm from the plane it gives no force, or its full force: neither balances the spring's 1 N.
   EXPECT_GT(test::residual_n(set, probe, kStiffness, proxy + 1e-12 * kTilted), 0.1);
   EXPECT_GT(test::residual_n(set, probe, kStiffness, proxy - 1e-12 * kTilted), 0.1);
 }

@@ -1,4 +1,4 @@
-// The last ticks before and after a trip, as a table.
+// The ticks before and after a trip of the guards, written as a table.
 #include "module/haptics/black_box.h"
 
 #include <gmock/gmock.h>
@@ -57,7 +57,8 @@ class BlackBoxFile : public testing::Test {
 TEST_F(BlackBoxFile, HoldsAThousandTicksAroundTheTrip) {
   BlackBox box({.folder = folder_});
   hear(box, 5000, Cause::kNone);
-  hear(box, 100, Cause::kTooFast);  // tick 5001 trips; 99 after it
+  // Tick 5001 trips; 99 ticks follow.
+  hear(box, 100, Cause::kTooFast);
   EXPECT_TRUE(box.files().empty()) << "a hundred ticks after the trip have to be in it";
   hear(box, 1, Cause::kNone);
   ASSERT_EQ(box.files().size(), 1u);
@@ -113,7 +114,8 @@ TEST_F(BlackBoxFile, IsNotWrittenForADeviceThatIsMissingFromTheStart) {
 TEST_F(BlackBoxFile, ComesAtMostOnceInTenSeconds) {
   BlackBox box({.folder = folder_});
   const auto trip_at = [&](int64_t now_ns) {
-    ticks_ = now_ns - 151;  // a hundred ticks after the trip it is due
+    // A hundred ticks after the trip the table is due.
+    ticks_ = now_ns - 151;
     hear(box, 50, Cause::kNone);
     hear(box, 150, Cause::kEnergy);
   };
@@ -146,7 +148,7 @@ TEST_F(BlackBoxFile, HoldsNoTickTwice) {
 }
 
 TEST_F(BlackBoxFile, SaysWhenItCanNotBeWritten) {
-  // A file stands where the folder should be.
+  // A file has the name of the folder.
   std::ofstream(folder_ / "none") << "a file";
   BlackBox box({.folder = folder_ / "none"});
   hear(box, 1, Cause::kNone);

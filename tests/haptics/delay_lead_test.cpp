@@ -14,8 +14,7 @@ constexpr double kT = 1e-3;
 constexpr int64_t kMs = 1'000'000;
 
 TEST(StableStiffness, IsTheDampingOverWhatIsLate) {
-  // facts/haptics.md: b = 1 N s/m at 1 kHz. 2,065 and 665 N/m were simulated there; the formula
-  // gives 2,000 and 667.
+  // b = 1 N s/m at 1 kHz: a simulation gave 2,065 and 665 N/m, the formula gives 2,000 and 667.
   EXPECT_NEAR(stable_stiffness(1.0, kT, 0.0), 2000.0, 1e-9);
   EXPECT_NEAR(stable_stiffness(1.0, kT, 1e-3), 666.667, 1e-3);
   EXPECT_EQ(stable_stiffness(1.0, 0.0, 0.0), std::numeric_limits<double>::infinity());
@@ -50,8 +49,9 @@ TEST(DelayLead, IsTheNewestPositionAtRestToTheBit) {
 }
 
 TEST(DelayLead, IsAheadOfAFiveHertzMotionByItsShareOfTheDelay) {
-  // The phase of the answer against the motion, by correlation over a whole number of periods. A
-  // difference over two samples is itself a sample late: lead L gives atan(L w cos(wT)..) ~ L w.
+  // The phase of the output relative to the motion, by correlation over a whole number of periods.
+  // A difference over two samples is itself one sample late: lead L gives atan(L w cos(wT)..) ~ L
+  // w.
   const double omega = 2.0 * std::numbers::pi * 5.0;
   DelayLead lead(kT, 3e-3);
   std::complex<double> sum = 0.0, own = 0.0;

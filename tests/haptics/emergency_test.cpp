@@ -1,6 +1,6 @@
-// A child process feels a force of 2 N when something goes wrong in it. What its device got is in
-// memory shared with the parent, who looks at it after the child's death: the last force is zero,
-// and it came by the ramp.
+// A child process feels a force of 2 N when something goes wrong in it. Its device writes the
+// forces that it gets into memory shared with the parent. After the child's death the parent checks
+// that the last force is zero and that the force fell along the ramp.
 #include "module/haptics/emergency.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,9 @@
 namespace palpate {
 namespace {
 
-constexpr int kSteps = 20;  ///< of the tick's ramp; the loop's last resort has as many
+/// Steps of the tick's ramp; the loop's own ramp, which it uses if the tick does not stop, has as
+/// many.
+constexpr int kSteps = 20;
 
 struct Seen {
   std::atomic<int> count{0};
@@ -76,8 +78,8 @@ class Emergency : public testing::Test {
   }
   void TearDown() override { munmap(seen_, sizeof(Seen)); }
 
-  /// Runs a servo loop in a child until it feels the force, then does `harm` there. Returns what
-  /// waitpid says.
+  /// Runs a servo loop in a child until it feels the force, then calls `harm` there. Returns the
+  /// status from waitpid().
   int child(const std::function<void(Servo&)>& harm, bool obeys = true) {
     const pid_t pid = fork();
     if (pid == 0) live(harm, obeys);
@@ -86,7 +88,8 @@ class Emergency : public testing::Test {
     return status;
   }
 
-  /// The last force is zero, the full force was there, and no step between two was above a 20th.
+  /// The last force is zero, the full force was reached, and no step down was larger than a 20th of
+  /// it.
   void expect_ramp_to_zero(double largest_step_n = 2.0 / kSteps) {
     const int count = seen_->count;
     ASSERT_GT(count, kSteps);
@@ -104,8 +107,9 @@ class Emergency : public testing::Test {
 
  private:
   [[noreturn]] void live(const std::function<void(Servo&)>& harm, bool obeys) {
-    alarm(60);  // a child that hangs must not hang the test
-    // The background of a shell ignores it, and what is ignored stays ignored.
+    // Ends a child that hangs, so that the test does not hang.
+    alarm(60);
+    // A shell starts background programs with SIGINT ignored, and a child inherits this.
     signal(SIGINT, SIG_DFL);
     const rlimit no_core{0, 0};
     setrlimit(RLIMIT_CORE, &no_core);
@@ -115,7 +119,7 @@ class Emergency : public testing::Test {
     auto& ticker = *new SharedTicker(*seen_, obeys);
     ServoOptions options;
     options.real_time = {.priority = 0, .core = -1, .lock_memory = false, .cores_awake = false};
-    // Long against what a busy machine may sleep, so that the loop's own ramp is seen.
+    // Longer than a busy machine may sleep, so that the loop's own ramp is what acts.
     options.loop.stop_ns = 100'000'000;
     if (!obeys) options.loop.ramp_ns = 300'000'000;
     auto servo = Servo::start(device, ticker, options);
@@ -126,7 +130,8 @@ class Emergency : public testing::Test {
   }
 };
 
-/// Dead by this signal; a sanitizer's own handler may turn a crash into an exit code of its own.
+/// Ended by this signal. A sanitizer's own handler may change a crash into an exit status of its
+/// own.
 void expect_death_by(int number, int status) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   EXPECT_TRUE(WIFSIGNALED(status) || (WEXITSTATUS(status) != 0 && WEXITSTATUS(status) < 90));
@@ -141,7 +146,7 @@ void in_another_thread(const std::function<void()>& harm) {
   std::thread(harm).join();
 }
 
-/// Not for the sanitizer to find: the system is to.
+/// The system must report this error, not the sanitizer.
 __attribute__((no_sanitize("undefined", "address"))) void write_where_nothing_is() {
   volatile int* volatile nowhere = nullptr;
   *nowhere = 1;

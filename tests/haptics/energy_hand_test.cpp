@@ -1,6 +1,6 @@
-// A simulated hand (0.554 kg, 6.45 N s/m, 135 N/m: Sci. Rep. srep18004, Fig. 3) leans on a wall
-// that moves by itself, through a spring that is sampled at 1 kHz. What the tank lets through, and
-// what it does to the hand.
+// A simulated hand (0.554 kg, 6.45 N s/m, 135 N/m: Sci. Rep. srep18004, Fig. 3) leans, through a
+// spring that is sampled at 1 kHz, on a wall that moves by itself. How much energy the tank passes,
+// and its effect on the hand.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,13 +18,15 @@ struct Outcome {
   double work_j = 0.0;         ///< of the force on the hand
   double steady_work_j = 0.0;  ///< of that, in the last 5 s: 6 whole beats at 1.2 Hz
   double most_force_n = 0.0;
-  double beyond_n = -1e9;      ///< most by which a force step exceeded what the header promises
-  double surface_gap_m = 0.0;  ///< how far the surface slipped past in the end
+  /// The largest amount by which a force step exceeds what the header guarantees.
+  double beyond_n = -1e9;
+  /// How far the surface has slipped past in the end.
+  double surface_gap_m = 0.0;
   EnergyLedger ledger;
 };
 
 // The wall's surface is at amplitude * sin(2 pi hz t) and pushes towards +x; the hand rests at
-// -lean. A slipped surface carries the proxy on from where it is, as material would.
+// -lean. After a slip the surface carries the proxy on from where it is, as material does.
 Outcome lean(double amplitude_m, double hz, double lean_m, const EnergyTankOptions& options,
              double seconds = 8.0) {
   EnergyTank tank(options);
@@ -57,7 +59,7 @@ Outcome lean(double amplitude_m, double hz, double lean_m, const EnergyTankOptio
 }
 
 TEST(EnergyTank, NeverBitesOnAHeart) {
-  // To 10 mm at 1.2 Hz and a hand that leans on it with up to 2.7 N.
+  // Amplitudes up to 10 mm at 1.2 Hz, and a hand that leans with up to 2.7 N.
   for (double amplitude : {0.002, 0.005, 0.010})
     for (double rest : {0.0, 0.005, 0.010, 0.020}) {
       const Outcome out = lean(amplitude, 1.2, rest, {});
@@ -76,17 +78,18 @@ TEST(EnergyTank, HoldsAViolentWallToItsAllowance) {
       const double may = options.capacity_j + options.allowance_w * 8.0;
       EXPECT_EQ(free.ledger.slips, 0);
       EXPECT_GT(held.ledger.slips, 0) << hz << " Hz, " << amplitude << " m";
-      // The sentence in the header, with the hand's own work.
+      // The guarantee in the header, with the work on the hand.
       EXPECT_LE(held.work_j, may + held.ledger.sampling_j + 1e-9)
           << hz << " Hz, " << amplitude << " m";
       EXPECT_GT(free.work_j, may + free.ledger.sampling_j) << hz << " Hz, " << amplitude << " m";
-      // And slipping is no jolt.
+      // Slipping makes no jump of the force.
       EXPECT_LE(held.beyond_n, 1e-9) << hz << " Hz, " << amplitude << " m";
     }
 }
 
 TEST(EnergyTank, TakesHoldOfTheHandAgainWhenTheWallCalmsDown) {
-  // A hard push empties the tank; the surface slips; with the wall at rest it holds what it held.
+  // A hard push empties the tank and the surface slips. With the wall at rest again, the proxy
+  // stays.
   EnergyTank tank({0.005, 0.05, 1.0});
   glm::dvec3 x(0.0), probe(0.0);
   for (int i = 0; i < 20; ++i) x = tank.limit(x, x + glm::dvec3(1e-3, 0, 0), probe, 1000.0, 1e-3);

@@ -1,6 +1,6 @@
-// Oracle: a ledger in long double that books every frame from the positions alone, and the work on
-// the hand as sum of f.dp, which knows nothing of springs. Then: what can not be paid is refused
-// exactly, and nothing else is.
+// Oracle: a ledger in long double that computes the energy of each frame from the positions alone,
+// and the work on the hand as the sum of f.dp, which uses no spring energy. Also: a motion of the
+// proxy is cut short exactly where the energy in the tank ends, and never elsewhere.
 #include "module/haptics/energy.h"
 
 #include <gtest/gtest.h>
@@ -16,8 +16,8 @@ namespace {
 using test::Random;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
-// Doubles of positions below 1 m, products of them with k up to 3,000 N/m: rounding is some 1e-13 J
-// at most per frame, and does not pile up in one direction.
+// Doubles of positions below 1 m, and products of them with k up to 3,000 N/m: rounding is about
+// 1e-13 J at most per frame, and does not add up in one direction.
 constexpr double kRounding = 1e-12;
 
 long double spring(double k, glm::dvec3 x, glm::dvec3 p) {
@@ -47,7 +47,7 @@ TEST(EnergyTank, LetsPassWhatItCanPayAndBooksIt) {
 
 TEST(EnergyTank, GivesTheLargestShareThatItCanPay) {
   EnergyTank tank(options(0.03, 0.0, 0.0));
-  // 600 N/m to 20 mm would cost 120 mJ; 30 mJ pay for half the way.
+  // 600 N/m to 20 mm would cost 120 mJ; 30 mJ are enough for half the way.
   const glm::dvec3 x = tank.limit({0, 0, 0}, {0.02, 0, 0}, {0, 0, 0}, 600.0, 1e-3);
   EXPECT_NEAR(x.x, 0.01, kRounding);
   EXPECT_TRUE(tank.slipped());
@@ -60,10 +60,10 @@ TEST(EnergyTank, HoldsTheSurfaceWhereItIsWhenEmpty) {
   EnergyTank tank(options(0.0, 0.0, 0.0));
   const glm::dvec3 x_prev(0.002, 0.001, 0), probe(0, 0, 0);
   EXPECT_EQ(tank.limit(x_prev, {0.004, 0.002, 0}, probe, 1000.0, 1e-3), x_prev);
-  // Along a circle about the probe costs nothing; out of it by the smallest step does.
+  // Along a circle about the probe the motion costs no energy; away from the probe it does.
   const glm::dvec3 round(-0.001, 0.002, 0);
   EXPECT_EQ(tank.limit(x_prev, round, probe, 1000.0, 1e-3), round);
-  // A way that dips into the sphere and leaves it again is stopped where it leaves it.
+  // A way that enters the sphere and leaves it again is cut where it leaves.
   const glm::dvec3 out = tank.limit({0.002, 0, 0}, {-0.006, 0, 0}, probe, 1000.0, 1e-3);
   EXPECT_NEAR(out.x, -0.002, kRounding);
   EXPECT_EQ(out.y, 0.0);
@@ -72,10 +72,12 @@ TEST(EnergyTank, HoldsTheSurfaceWhereItIsWhenEmpty) {
 TEST(EnergyTank, IsChargedByTheAllowanceUpToItsCapacity) {
   EnergyTank tank(options(0.01, 0.05, 0.0));
   const glm::dvec3 o(0.0);
-  tank.limit(o, {0.01, 0, 0}, o, 1000.0, 1e-9);  // 50 mJ wanted: empties it
+  // Would cost 50 mJ: empties the tank.
+  tank.limit(o, {0.01, 0, 0}, o, 1000.0, 1e-9);
   EXPECT_NEAR(tank.energy_j(), 0.0, kRounding);
   for (int i = 0; i < 100; ++i) tank.limit(o, o, o, 1000.0, 1e-3);
-  EXPECT_NEAR(tank.energy_j(), 0.005, 1e-9);  // 0.1 s of 50 mW, less the nanosecond's above
+  // 50 mW for 0.1 s, less the nanosecond above.
+  EXPECT_NEAR(tank.energy_j(), 0.005, 1e-9);
   for (int i = 0; i < 1000; ++i) tank.limit(o, o, o, 1000.0, 1e-3);
   EXPECT_DOUBLE_EQ(tank.energy_j(), 0.01);
   for (double dt : {0.0, -1.0, kNan, kInf}) {
@@ -98,7 +100,7 @@ TEST(EnergyTank, IsChargedByItsShareOfWhatYielded) {
 }
 
 TEST(EnergyTank, ChargesNothingInFreeMotion) {
-  // The proxy follows the probe: each frame's "loss" is what sampling made, not what a hand gave.
+  // The proxy follows the probe: the "loss" of each frame comes from sampling, not from the hand.
   EnergyTank tank(options(0.05, 0.0, 1.0));
   const glm::dvec3 o(0.0);
   tank.limit(o, {0.02, 0, 0}, o, 1000.0, 1e-3);
@@ -117,7 +119,8 @@ TEST(EnergyTank, ChargesNothingInFreeMotion) {
 }
 
 TEST(EnergyTank, LeavesAStillSceneAlone) {
-  // Pressing into a wall that holds: the proxy stays, whatever the hand does. Nothing is booked.
+  // Pressing into a wall that holds: the proxy stays, wherever the hand goes, so no energy is
+  // counted.
   EnergyTank tank(options(0.1, 0.0, 1.0));
   const glm::dvec3 wall(0.01, 0.02, 0.03);
   Random random(4);
@@ -133,7 +136,8 @@ TEST(EnergyTank, BooksAChangeOfStiffness) {
   EnergyTank tank(options(0.1, 0.0, 1.0));
   const glm::dvec3 x(0.01, 0, 0), o(0.0);
   tank.limit(x, x, o, 400.0, 1e-3);
-  EXPECT_EQ(tank.limit(x, x, o, 1000.0, 1e-3), x);  // 300 N/m more half of it at 10 mm: 30 mJ
+  // Half of 600 N/m more, times (10 mm)^2: 30 mJ.
+  EXPECT_EQ(tank.limit(x, x, o, 1000.0, 1e-3), x);
   EXPECT_NEAR(tank.last_j(), 0.03, kRounding);
   EXPECT_NEAR(tank.energy_j(), 0.07, kRounding);
   tank.limit(x, x, o, 400.0, 1e-3);
@@ -144,10 +148,11 @@ TEST(EnergyTank, DrawsTheProxyInWhereAStifferSpringCanNotBePaid) {
   EnergyTank tank(options(0.0, 0.0, 0.0));
   const glm::dvec3 x(0.01, 0, 0), o(0.0);
   tank.limit(x, x, o, 400.0, 1e-3);
-  // As much energy in a spring of four times the stiffness: half the stretch.
+  // Equal energy in a spring of four times the stiffness: half the stretch.
   EXPECT_NEAR(tank.limit(x, x, o, 1600.0, 1e-3).x, 0.005, kRounding);
   EXPECT_NEAR(tank.last_j(), 0.0, kRounding);
-  // A way that is outside all along, and one that enters only behind its end, are no help either.
+  // A way that is outside all along, and one that would enter only beyond its end, do not change
+  // this.
   for (const glm::dvec3 to : {glm::dvec3(0.01, 0.005, 0), glm::dvec3(0.0099, 0, 0)}) {
     EnergyTank other(options(0.0, 0.0, 0.0));
     other.limit(x, x, o, 400.0, 1e-3);
@@ -171,7 +176,7 @@ TEST(EnergyTank, HoldsWhatItGetsWhenSomethingIsNotFinite) {
   EXPECT_EQ(EnergyTank(options(kNan, -1.0, kInf)).energy_j(), 0.0);
 }
 
-// One frame of a random run: the hand and the scene move as they like, sometimes not at all.
+// One frame of a random run: hand and scene move at random, sometimes not at all.
 struct Session {
   explicit Session(uint32_t seed) : random(seed) { k = random.draw(100.0, 3000.0); }
   void hand() {
@@ -207,7 +212,8 @@ TEST(EnergyTank, NeverPaysMoreThanItGot) {
       ASSERT_NEAR(double(joule), tank.last_j(), kRounding) << "seed " << seed << " frame " << frame;
       ASSERT_GE(tank.energy_j(), 0.0) << seed;
       ASSERT_LE(tank.energy_j(), capacity) << seed;
-      // At the probe as it is, the force steps no further than without the tank, and towards it.
+      // For the same probe, the force step with the tank is not larger than the one without it, and
+      // has its direction.
       if (run.k == old_k) {
         const glm::dvec3 whole = want - run.x, part = got - run.x;
         ASSERT_LE(glm::length(part), glm::length(whole) * (1.0 + 1e-12)) << seed;
@@ -226,7 +232,7 @@ TEST(EnergyTank, NeverPaysMoreThanItGot) {
 }
 
 TEST(EnergyTank, RefusesNoMoreThanItMust) {
-  // Where it slipped the tank is empty, and a hair further would have overdrawn it.
+  // After a slip the tank is empty, and a slightly longer step would have overdrawn it.
   int slips = 0;
   for (uint32_t seed = 1; seed <= 200; ++seed) {
     Session run(seed);
@@ -269,11 +275,12 @@ TEST(EnergyTank, LedgerBalancesWithTheWorkDoneOnTheHand) {
     }
     const EnergyLedger ledger = tank.ledger();
     const double left = double(spring(run.k, run.x, run.probe));
-    // Sums of some 1,000 J of terms that cancel: 1e-9 J is 1e-12 of them.
+    // Sums of terms that cancel, about 1,000 J in total: 1e-9 J is 1e-12 of them.
     EXPECT_NEAR(double(work), ledger.put_in_j - ledger.dissipated_j + ledger.sampling_j - left,
                 1e-9)
         << "seed " << seed;
-    // The scene alone can not give more than tank and allowance: the rest is the sampling's.
+    // The scene alone can not give more than the tank and the allowance; the rest comes from
+    // sampling.
     EXPECT_LE(double(work), 0.01 + allowed + ledger.sampling_j + 1e-9) << "seed " << seed;
   }
 }

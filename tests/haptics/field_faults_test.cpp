@@ -1,5 +1,6 @@
-// Motion fields that fold or are not to be trusted, under a hand that holds still: what can not be
-// known is flagged, held and faded, never jumped over. Oracle: the motion itself, x + g u(x).
+// Motion fields that fold or have no confidence, under a hand that holds still: where the point is
+// not determined, it is flagged and frozen and the force fades; the proxy never jumps. Oracle: the
+// motion itself, x + g u(x).
 #include <gtest/gtest.h>
 
 #include "tests/haptics/force_steps.h"
@@ -12,9 +13,11 @@ namespace {
 using namespace test;
 
 constexpr double kStiffness = 600.0;
-constexpr double kFadeStep_n = 0.05;  // N per ms: the limit of the issue
+// N per ms: the required limit.
+constexpr double kFadeStep_n = 0.05;
 
-/// A ball that does not change, in frames whose motion is given (m, volume space), one a second.
+/// A ball of constant shape in frames whose motion is given (m, volume space), one frame per
+/// second.
 std::shared_ptr<MovingVolume> ball(
     const std::vector<std::function<glm::dvec3(glm::dvec3)>>& motions) {
   auto volume = std::make_shared<MovingVolume>();
@@ -42,8 +45,7 @@ glm::dvec3 still(glm::dvec3) {
   return glm::dvec3(0.0);
 }
 
-/// Folds around y = 0, sampled at 2 mm from a phase of 0.567 on: the material is pressed together
-/// there.
+/// Folds around y = 0, sampled at 2 mm, from a phase of 0.567 on: the material is compressed there.
 glm::dvec3 folding(glm::dvec3 x) {
   constexpr double kWave_m = 0.01, kReach_m = 0.003;
   return {0.0, -kReach_m * std::sin(2.0 * std::numbers::pi * x.y / kWave_m), 0.0};
@@ -51,7 +53,7 @@ glm::dvec3 folding(glm::dvec3 x) {
 
 TEST(FoldedField, IsHeldFadedFlaggedAndRecoveredFrom) {
   Hand hand(shell_spec(20.0, 0.2, kStiffness), {ball({still, still, still, folding, still})});
-  // Past the start gate's ramp, so that the guards say what the scene says.
+  // After the start gate's ramp, so that the reported cause is the scene's.
   for (int i = 0; i < 2200; ++i) hand.to({0.03, 0.0, 0.0});
   for (int i = 0; i < 300; ++i) hand.to({0.03 - 0.008 * i / 300.0, 0.0, 0.0});
   const glm::dvec3 at(0.022, 0.0, 0.0);
@@ -71,14 +73,15 @@ TEST(FoldedField, IsHeldFadedFlaggedAndRecoveredFrom) {
   }
   EXPECT_GT(held, 400);
   ASSERT_GT(gone, 0) << "the force does not fade";
-  // From 1.8 N at 50 N/s, and some ticks between the true fold and the looked for phase.
+  // The fall from 1.8 N at 50 N/s, and some ticks between the true fold and the phase that is
+  // tested.
   EXPECT_LT(gone - first_held, 60);
   EXPECT_EQ(cause, Cause::kField);
   for (int i = 4000; i < 4500; ++i) steps.add(hand.to(at));
   std::printf("folded field: worst step %.4f N per ms, gone after %d ms\n", steps.worst_n(),
               gone - first_held);
   EXPECT_LE(steps.worst_n(), kFadeStep_n + 1e-9);
-  // Out, and in again: all is as before.
+  // Out and in again: contact is as before.
   for (int i = 0; i < 300; ++i) hand.to({0.022 + 0.008 * i / 300.0, 0.0, 0.0});
   TickOutput out;
   for (int i = 0; i < 300; ++i) out = hand.to({0.03 - 0.008 * i / 300.0, 0.0, 0.0});
@@ -86,7 +89,7 @@ TEST(FoldedField, IsHeldFadedFlaggedAndRecoveredFrom) {
   EXPECT_NEAR(out.wanted_n.x, kStiffness * (0.025 - out.probe_m.x), 0.01);
 }
 
-/// Three waves at random, each of up to 3 mm: q is far above 1 here and there.
+/// Three random waves, each of up to 3 mm: q is far above 1 in some places.
 std::function<glm::dvec3(glm::dvec3)> rough(test::Random& random) {
   struct Wave {
     glm::dvec3 reach, number;
@@ -125,19 +128,19 @@ TEST(RoughFields, NeverMoveThePointUnflaggedNorJumpTheForce) {
       ASSERT_TRUE(std::isfinite(glm::length(out.wanted_n))) << "seed " << seed << " tick " << i;
       held |= out.frozen;
       if (out.frozen || out.first.frame == 3) continue;
-      // The motion does not repeat, so nothing closes it: x + g u(x) is all there is.
+      // The motion is not cyclic, so no closing term is added: the position is x + g u(x).
       const glm::dvec3 x = hand.haptics.run()->carriers[0].carrier->material();
       const MotionMap& map = *data->motions[0].steps[size_t(out.first.frame)];
       const double miss =
           glm::length(x + out.first.phase * map.displacement(x) - out.proxy_m) / map.cell_m();
-      ASSERT_LE(miss, 1e-3) << "seed " << seed << " tick " << i << ": not held, but off";
+      ASSERT_LE(miss, 1e-3) << "seed " << seed << " tick " << i << ": not frozen, but off";
     }
     held_runs += held;
     worst = std::max(worst, steps.worst_n());
     EXPECT_LE(steps.worst_n(), kFadeStep_n + 1e-9) << "seed " << seed;
   }
   std::printf("rough fields: %d of 30 runs held, worst step %.4f N per ms\n", held_runs, worst);
-  EXPECT_GE(held_runs, 5) << "the fields must fold under the hand to prove anything";
+  EXPECT_GE(held_runs, 5) << "the fields must fold under the hand for this test to check anything";
 }
 
 TEST(LowConfidence, FadesTheForceAndSaysSo) {
@@ -147,7 +150,7 @@ TEST(LowConfidence, FadesTheForceAndSaysSo) {
   for (int z = 0; z < grid.size.z; ++z)
     for (int y = 0; y < grid.size.y; ++y)
       for (int x = 0; x < grid.size.x; ++x) {
-        // From 1 in front of the ball to 0 at its side.
+        // Confidence 1 in front of the ball, 0 at its side.
         const glm::dvec3 at = volume_from_lps(grid.lps_from_index({x, y, z}));
         confidence.values[grid.offset(x, y, z)] = float(std::clamp(1.0 - at.y / 0.02, 0.0, 1.0));
       }
@@ -160,7 +163,7 @@ TEST(LowConfidence, FadesTheForceAndSaysSo) {
   bool told = false;
   double before = 0.0, after = 1.0;
   for (int i = 0; i < 3000; ++i) {
-    // Round the ball at 10 mm/s, from the trusted side to the other.
+    // Around the ball at 10 mm/s, from the side with confidence to the other.
     const double angle = 0.01 * 1e-3 * i / 0.022;
     const TickOutput out = hand.to(0.022 * glm::dvec3(std::cos(angle), std::sin(angle), 0.0));
     steps.add(out);

@@ -70,8 +70,9 @@ using palpate::test::note;
 
 namespace {
 
-/// The C library's own function of that name, kept in `known`. Two threads may look it up at once:
-/// a static initialised by the first would let the second wait by syscall(), which is one of these.
+/// The C library's own function of that name, stored in `known`. Two threads may look it up at
+/// once. A function-local static would make the second wait by syscall(), which is one of the
+/// functions replaced here.
 template <class Function>
 Function real(std::atomic<Function>& known, const char* name) {
   Function found = known.load(std::memory_order_relaxed);
@@ -84,7 +85,7 @@ Function real(std::atomic<Function>& known, const char* name) {
 
 }  // namespace
 
-// The allocator's own names: dlsym allocates, so it can not be asked for them.
+// The allocator's own names: dlsym() allocates, so it can not be used to find them.
 extern "C" {
 void* __libc_malloc(size_t);
 void* __libc_calloc(size_t, size_t);
@@ -207,7 +208,7 @@ ssize_t read(int file, void* data, size_t size) {
   const auto next = real(known, "read");
   return next(file, data, size);
 }
-/// What std::atomic::wait and notify sleep and wake by.
+/// std::atomic::wait and notify use it.
 long syscall(long number, ...) noexcept {
   note("syscall");
   static constinit std::atomic<long (*)(long, ...)> known{nullptr};

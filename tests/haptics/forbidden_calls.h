@@ -2,19 +2,19 @@
 
 namespace palpate::test {
 
-/// Counts what a servo thread must never call: memory, locks, output, the kernel by hand. This test
-/// program stands in front of the C library's functions; calls of a thread that is watched are
-/// counted and passed on. What the C library calls within itself is not seen, hence printf and
-/// write both.
+/// Counts calls that a servo thread must never make: allocation, locks, output, direct system
+/// calls. This test program replaces the C library's functions; calls from a watched thread are
+/// counted and passed on. Calls within the C library are not counted, hence both printf and write
+/// are replaced.
 struct ForbiddenCalls {
-  /// False in builds with a sanitizer, which stands in the same place itself.
+  /// False in builds with a sanitizer, which replaces the same functions.
   static bool can_watch();
-  /// The calling thread, from now on.
+  /// Watches the calling thread from now on, or stops watching it.
   static void watch_this_thread(bool on);
-  /// All threads that are watched: whether they count now.
+  /// Whether calls of watched threads are counted now.
   static void count(bool on);
   static int counted();
-  /// Name of the first one, or "".
+  /// Name of the first counted function, or "".
   static const char* first();
   static void forget();
 };

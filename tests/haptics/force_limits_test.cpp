@@ -1,6 +1,6 @@
-// The limiters between the scene and the guards (docs/force-limits.md), each acting alone: the
-// others have no event, or what is tested is the limiter without them. Oracle: its own rate. The
-// guards' limiters are tested the same way in safety_test.cpp and guards_test.cpp.
+// The limiters between the scene and the guards (docs/force-limits.md), each acting alone: no other
+// limiter has a cause to act, or the limiter is tested without the others. Oracle: its own rate.
+// The guards' limiters are tested in the same way in safety_test.cpp and guards_test.cpp.
 #include <gtest/gtest.h>
 
 #include "module/haptics/force_bridge.h"
@@ -17,11 +17,11 @@ using Kind = ControlEvent::Kind;
 constexpr double kStiffness = 600.0;
 constexpr double kTick_s = 1e-3;
 constexpr double kRounding_n = 1e-9;
-// The proxy takes moves of less than 0.5 um as they are: 0.0003 N of the spring.
+// The proxy does not correct moves of less than 0.5 um: 0.0003 N of the spring.
 constexpr double kProxy_n = 5e-4;
 
-/// The hand comes in from outside and stands so deep below the ball's surface, where nothing
-/// changes by itself.
+/// The hand comes in from outside to a depth of `deep_m` below the ball's surface. Nothing else
+/// changes.
 double lean(Hand& hand, double deep_m) {
   double force_n = 0.0;
   for (int i = 0; i <= 300; ++i)
@@ -29,7 +29,7 @@ double lean(Hand& hand, double deep_m) {
   return force_n;
 }
 
-/// The force on the hand that stands there, one tick on.
+/// The force one tick later on a hand that stays at this depth.
 double next_n(Hand& hand, double deep_m) {
   return glm::length(hand.to({0.025 - deep_m, 0.0, 0.0}).wanted_n);
 }
@@ -121,7 +121,7 @@ TEST(ForceLimits, ConfidenceWeakensWhatTheFieldCarries) {
     volume->motions = {{"data", {MotionMap::of(field, &everywhere)}}};
     return volume;
   };
-  // Smooth from nothing at 0.1 to all at 0.35: at 0.2 it is 0.4^2 (3 - 2 0.4) of 5 N.
+  // A smooth step from 0 at 0.1 to 1 at 0.35: at 0.2 it is 0.4^2 (3 - 2 0.4) of 5 N.
   for (const auto& [confidence, most_n] :
        {std::pair{0.05F, 0.0}, {0.2F, 0.352 * 5.0}, {0.9F, kStiffness * 0.004}}) {
     SceneSpec spec = shell_spec(5.0, 0.0, kStiffness);
@@ -133,7 +133,7 @@ TEST(ForceLimits, ConfidenceWeakensWhatTheFieldCarries) {
 
 // ---- Fade
 
-/// A carrier that finds its point, or does not, as it is told to.
+/// A carrier that finds its point, or loses it, as the test sets it.
 class ToldCarrier final : public Carrier {
  public:
   void carry() noexcept override {}
@@ -147,7 +147,7 @@ class ToldCarrier final : public Carrier {
 };
 
 TEST(ForceLimits, FadeOwnsALostPoint) {
-  // A large force by its rate, a small one over 20 ms.
+  // A large force falls at its rate, a small one in 20 ms.
   for (const double felt_n : {2.0, 0.5}) {
     const int whole_ms = std::max(20, int(std::lround(felt_n / kFade_n_per_s / kTick_s)));
     CarrierRun run;
@@ -157,11 +157,12 @@ TEST(ForceLimits, FadeOwnsALostPoint) {
     carrier.is_lost = true;
     for (int ms = 1; ms <= whole_ms; ++ms) {
       run.follow_to({1.0, 0.0, 0.0}, felt_n, kTick_s);
-      // What the modes of a carrier may push with at most: cap_n * fade.
+      // The limit on the force of the carrier's modes: cap_n * fade.
       ASSERT_NEAR(run.cap_n * run.fade, felt_n * (1.0 - double(ms) / whole_ms), kRounding_n) << ms;
     }
     carrier.is_lost = false;
-    run.frozen = false;  // as the next frame begins
+    // As at the beginning of the next frame.
+    run.frozen = false;
     for (int ms = 1; ms < whole_ms; ++ms) {
       run.follow_to({1.0, 0.0, 0.0}, 0.0, kTick_s);
       ASSERT_NEAR(run.cap_n * run.fade, felt_n * ms / whole_ms, kRounding_n) << ms;
@@ -187,7 +188,7 @@ TEST(ForceLimits, TankOwnsWhatTheScenePushes) {
   for (const bool metered : {false, true}) {
     Hand hand(spec, {shell(1, 1.0)}, metered ? empty : unmetered());
     double force_n = 0.0;
-    // The ball comes 2.8 mm over a hand that stands still.
+    // The ball moves 2.8 mm over a hand that stands still.
     for (int ms = 0; ms < 500; ++ms) force_n = glm::length(hand.to({0.0252, 0.0, 0.0}).wanted_n);
     EXPECT_NEAR(force_n, metered ? 0.0 : kStiffness * 0.0028, 0.01);
     EXPECT_EQ(hand.haptics.tank().ledger().slips > 100, metered);
@@ -234,14 +235,14 @@ TEST(ForceLimits, BridgeOwnsASceneThatIsTakenAway) {
 
 TEST(ForceLimits, BridgeOwnsWhatTheSceneChangesAtOnce) {
   auto volume = std::make_shared<MovingVolume>(*shell(1, 1.0));
-  // The ball is gone from 2.5 s on; nothing moves.
+  // The ball is gone after 2.5 s; nothing moves.
   volume->frames = {volume->frames[0], std::make_shared<Ball>(0.001, 1.06e-3),
                     std::make_shared<Ball>(0.001, 1.06e-3)};
   volume->times.times_s = {0.0, 2.5, 5.0};
   SceneSpec spec = shell_spec(5.0, 0.0, kStiffness);
   spec.volumes[0].cyclic = spec.volumes[0].blend_values = false;
   Hand hand(spec, {volume});
-  // Until the guards have let the force in: their cause is the scene's from then on.
+  // Until the start ramp of the guards has ended: from then on the reported cause is the scene's.
   for (int ms = 0; ms < 2100; ++ms) hand.to({0.03, 0.0, 0.0});
   const double before = lean(hand, 0.0025);
   ASSERT_NEAR(before, 1.5, 0.01);
@@ -283,10 +284,11 @@ TEST(ForceLimits, BridgeGoesFasterWhereTheMotionMayNotBeInverted) {
 }
 
 TEST(ForceLimits, BridgeLetsTheHandsOwnWayThrough) {
-  // 0.2 mm into a wall in a tick: 0.12 N more, at once; half as much again where the wall bends.
+  // 0.2 mm into a wall in one tick: 0.12 N more passes at once, and half as much again for the
+  // curvature of the wall.
   ForceBridge bridge;
   EXPECT_NEAR(bridge.step(frame_of(1.12, 1.0, -0.2e-3), nullptr).x, 0.0, kRounding_n);
-  // A step of 1 N that no way explains, in the same tick.
+  // A further step of 1 N, which the hand's motion does not explain, in the same tick.
   EXPECT_NEAR(bridge.step(frame_of(2.12, 1.0, -0.2e-3), nullptr).x, -0.97 + 0.03, kRounding_n);
 }
 
@@ -311,8 +313,9 @@ TEST(ForceLimits, ReturnOwnsWhatAYoungContactHeldBack) {
   hand.input.touching = true;
   hand.input.wanted_n = {3.0, 0.0, 0.0};
   hand.steps(5);
-  ASSERT_NEAR(hand.newton(), 1.0, kRounding_n);  // of 3 N, by the first contact
-  // The hand goes out again: the slew would go on letting the force in.
+  // Of 3 N, limited because the contact is new.
+  ASSERT_NEAR(hand.newton(), 1.0, kRounding_n);
+  // The hand goes out again. The slew limit alone would still let the force rise.
   for (int ms = 1; ms <= 5; ++ms) {
     hand.input.wanted_n.x = 3.0 - 0.2 * ms;
     hand.step();
@@ -323,7 +326,8 @@ TEST(ForceLimits, ReturnOwnsWhatAYoungContactHeldBack) {
 TEST(ForceLimits, BuzzOwnsAForceThatHums) {
   GuardedHand hand;
   hand.start();
-  std::vector<double> peaks_n;  // of each 25 ms: two waves of 80 Hz
+  // The peak of each 25 ms: two waves of 80 Hz.
+  std::vector<double> peaks_n;
   for (int ms = 0; ms < 2000; ms += 25) {
     peaks_n.push_back(0.0);
     for (int i = ms; i < ms + 25; ++i) {
@@ -334,7 +338,7 @@ TEST(ForceLimits, BuzzOwnsAForceThatHums) {
     if (peaks_n.back() < 0.21 * 1.75) break;
   }
   EXPECT_GT(peaks_n.front(), 1.7);
-  // A fifth of it is left, and only then may it trip.
+  // The guard may trip only when a fifth of the gain is left.
   EXPECT_LT(peaks_n.back(), 0.21 * 1.75);
   EXPECT_EQ(hand.out.state, SafetyState::kOn);
   EXPECT_EQ(hand.out.cause, Cause::kOscillation);

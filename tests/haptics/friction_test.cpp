@@ -10,7 +10,7 @@ using namespace test;
 
 constexpr double kStiffness = 600.0;
 constexpr double kFriction = 0.5;
-// Contact is found to 0.2 um, which the spring makes 0.1 mN; friction takes it times mu.
+// Contact is found to 0.2 um, which is 0.1 mN of the spring; friction multiplies it by mu.
 constexpr double kContact_n = 5e-4;
 
 /// A half space of high value below y = height, moving up and down if it has frames.
@@ -38,7 +38,7 @@ std::shared_ptr<const MovingVolume> half_space() {
   return volume;
 }
 
-/// Two frames of the plane, the second one shifted by u (m) with all its material, then back.
+/// Two frames of the plane; the second is shifted by u (m) with all its material; cyclic.
 std::shared_ptr<const MovingVolume> sliding_plane(glm::dvec3 u_m, double step_s) {
   auto volume = std::make_shared<MovingVolume>();
   volume->name = "shell";
@@ -63,7 +63,7 @@ TEST(Friction, SticksBelowCoulombsConeAndSlipsOnItOnAPlane) {
   const double depth = 3e-3;
   for (int i = 0; i <= 100; ++i) hand.to({0.0, 1e-3 - (depth + 1e-3) * i / 100.0, 0.0});
   const double normal = kStiffness * depth;
-  // Aside at 20 mm/s: the spring stretches to mu N, then the proxy follows at that distance.
+  // Sideways at 20 mm/s: the spring stretches to mu N, then the proxy follows at that distance.
   const glm::dvec3 aside = glm::normalize(glm::dvec3(0.8, 0.0, 0.6));
   double way = 0.0;
   for (int i = 1; i <= 400; ++i) {
@@ -73,7 +73,7 @@ TEST(Friction, SticksBelowCoulombsConeAndSlipsOnItOnAPlane) {
     const glm::dvec3 exact = normal * glm::dvec3(0.0, 1.0, 0.0) - drag * aside;
     ASSERT_LT(glm::length(out.wanted_n - exact), kContact_n) << "tick " << i;
   }
-  // And back: the spring must turn over before the proxy moves at all.
+  // And back: the spring must reverse before the proxy moves.
   const glm::dvec3 stuck = hand.to(way * aside - glm::dvec3(0.0, depth, 0.0)).proxy_m;
   const double reach = kFriction * normal / kStiffness;
   for (int i = 1; i <= 300; ++i) {
@@ -86,9 +86,9 @@ TEST(Friction, SticksBelowCoulombsConeAndSlipsOnItOnAPlane) {
 }
 
 TEST(Friction, HoldsAndLetsGoOnASphereAsTheClosedFormSays) {
-  // The hand goes round on a circle of r < R: stuck until the spring leaves the cone at the point
-  // of contact; then the proxy follows behind by a fixed angle: its normal force is
-  // k (R - r cos a) below its tangent force k r sin a = mu N.
+  // The hand moves on a circle of r < R. The proxy sticks until the spring leaves the friction cone
+  // at the contact; then the proxy follows behind by a fixed angle a: its normal force is k (R - r
+  // cos a), its tangent force k r sin a = mu N.
   const double radius = 0.025, r = 0.022;
   for (const Made made : {Made::kAnalytic, Made::kSampled}) {
     Hand hand(shell_spec(10.0, kFriction, kStiffness), {shell(1, 1.0, made)});
@@ -124,8 +124,8 @@ TEST(Friction, HoldsAndLetsGoOnASphereAsTheClosedFormSays) {
 }
 
 TEST(Friction, DragsTheHandAlongWithAMovingWall) {
-  // The wall goes aside under a still hand: the force grows to mu N and stays there; on the way
-  // back it turns over.
+  // The wall moves sideways under a still hand: the force grows to mu N and stays there; on the way
+  // back it reverses.
   Hand hand(rough_plane(), {sliding_plane({6e-3, 0.0, 0.0}, 0.5)});
   const double depth = 2e-3, normal = kStiffness * depth, most = kFriction * normal;
   double stretched = 0.0, last_wall = 0.0;
@@ -134,8 +134,8 @@ TEST(Friction, DragsTheHandAlongWithAMovingWall) {
     const TickOutput out = hand.to({0.0, i < 50 ? 1e-3 : -depth, 0.0});
     const double wall = 6e-3 * (out.first.frame == 0 ? out.first.phase : 1.0 - out.first.phase);
     if (i >= 50) {
-      // Coulomb's own step: the contact moves with the wall, then slips to the cone.
-      // Where the hand meets the wall is the contact's start: it was carried up to there.
+      // Coulomb's law for one step: the contact moves with the wall, then slips to the cone. The
+      // contact starts where the hand meets the wall: the proxy was carried up to there.
       stretched =
           first ? out.proxy_m.x
                 : std::clamp(stretched + wall - last_wall, -most / kStiffness, most / kStiffness);
@@ -148,7 +148,7 @@ TEST(Friction, DragsTheHandAlongWithAMovingWall) {
 }
 
 TEST(Friction, KeepsTheContactWhereAWallThatRisesCarriesIt) {
-  // The wall rises and goes aside: normal force and cone grow with it.
+  // The wall rises and moves sideways: normal force and cone grow.
   Hand hand(rough_plane(), {sliding_plane({2e-3, 3e-3, 0.0}, 0.5)});
   const double depth = 1e-3;
   double stretched = 0.0, last_aside = 0.0;

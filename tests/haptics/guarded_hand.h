@@ -21,8 +21,8 @@ inline DeviceInfo test_device() {
   return info;
 }
 
-/// Steps the guards with an input that is well by default, and checks in every frame what must hold
-/// in every frame: finite, magnitude, slew, zero where the state says zero.
+/// Steps the guards with an input without faults by default, and checks the guarantees of every
+/// frame: finite, limited in magnitude and slew, zero where the state requires zero.
 struct GuardedHand {
   explicit GuardedHand(const SafetyOptions& options = {}, const DeviceInfo& info = test_device())
       : safety(options, info) {
@@ -63,7 +63,7 @@ struct GuardedHand {
     for (int i = 0; i < count; ++i) step();
     return out;
   }
-  /// Through the start gate and its ramp with a free hand.
+  /// With a free hand through the start gate and its ramp.
   void start() {
     input.wanted_n = glm::dvec3(0.0);
     input.touching = false;
@@ -71,7 +71,7 @@ struct GuardedHand {
     ASSERT_EQ(out.state, SafetyState::kOn);
     ASSERT_EQ(out.cause, Cause::kNone);
   }
-  /// And then in a contact of so many N along x, past its young time.
+  /// Then into a contact of this force along x, until the contact is no longer new.
   void press(double newton) {
     start();
     input.wanted_n = {newton, 0, 0};

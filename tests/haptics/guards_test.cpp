@@ -1,4 +1,5 @@
-// Oracles: closed forms of the first-order heat, of the budget, and of the slew of a young contact.
+// Oracles: closed forms of the first-order heat model, of the energy budget, and of the slew limit
+// of a new contact.
 #include "module/haptics/guards.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +16,8 @@ TEST(MotorHeat, FollowsTheFirstOrderStep) {
   MotorHeat heat(2.0, 8.0, 60.0);
   for (int i = 1; i <= 30000; ++i) {
     heat.step(1.0, 1e-3);
-    // Implicit Euler at 1 ms against 60 s is right to dt / (2 tau) = 1e-5 of the whole.
+    // Implicit Euler at 1 ms with a time constant of 60 s is right to dt / (2 tau) = 1e-5 of the
+    // whole.
     if (i % 5000 == 0) {
       EXPECT_NEAR(heat.heat(), 0.25 * (1.0 - std::exp(-1e-3 * i / 60.0)), 1e-5);
     }
@@ -50,7 +52,8 @@ TEST(PowerGate, HoldsTheHandsPowerToItsLimit) {
   PowerGate gate(2.0, 0.5, 50.0);
   double given = 0.0;
   for (int i = 0; i < 20000; ++i) {
-    const double work = gate.gain() * 6.0 * 1e-3;  // the scene would give 6 W
+    // At full gain the force would give 6 W.
+    const double work = gate.gain() * 6.0 * 1e-3;
     given += work;
     gate.step(work, 1e-3);
     ASSERT_LE(given, 0.5 + 2.0 * 1e-3 * (i + 1) + 1e-9) << i;
@@ -61,7 +64,8 @@ TEST(PowerGate, HoldsTheHandsPowerToItsLimit) {
 TEST(PowerGate, IsNotFeltByAHandThatGivesBackWhatItGot) {
   PowerGate gate(2.0, 0.5, 50.0);
   for (int i = 0; i < 10000; ++i) {
-    gate.step(0.01 * std::sin(0.05 * i), 1e-3);  // 10 W to and fro, 0.4 J in each half wave
+    // 10 W back and forth, 0.4 J in each half wave.
+    gate.step(0.01 * std::sin(0.05 * i), 1e-3);
     ASSERT_GE(gate.left_j(), 0.05);
   }
   PowerGate small(2.0, 0.5, 50.0);
@@ -94,7 +98,8 @@ TEST(FirstContact, IsSlowWhileYoungAndThenOpensWithoutAStep) {
     const double grown = ms <= 10 ? 0.0 : ms >= 20 ? 1.0 : (ms - 10) / 10.0;
     EXPECT_NEAR(contact.slew_n_per_s(2000.0), 200.0 + 1800.0 * grown, 1e-6) << ms;
   }
-  EXPECT_EQ(contact.slew_n_per_s(100.0), 100.0);  // never faster than the rest may be
+  // Never faster than the general slew limit.
+  EXPECT_EQ(contact.slew_n_per_s(100.0), 100.0);
 }
 
 TEST(FirstContact, DoesNotStayYoungWhereTheProxyChatters) {
@@ -106,8 +111,8 @@ TEST(FirstContact, DoesNotStayYoungWhereTheProxyChatters) {
   EXPECT_EQ(contact.slew_n_per_s(2000.0), 200.0);
 }
 
-/// A grip goes 4 mm into a spring of 4000 N/m and comes out as a sine, 20 ms in all, while what is
-/// given rises by so many newton a millisecond at most. Work on the grip, mJ.
+/// A grip moves 4 mm into a spring of 4000 N/m and out again as a sine, 20 ms in total. The output
+/// force rises by at most rise_n per millisecond. Returns the work on the grip, mJ.
 double hit_mj(double rise_n, double most_n, int hold_ms) {
   PassiveReturn back;
   double x = 0.0, given = 0.0, wanted = 0.0, work_mj = 0.0;
@@ -125,14 +130,14 @@ double hit_mj(double rise_n, double most_n, int hold_ms) {
 }
 
 TEST(PassiveReturn, GivesAHitNoMoreBackThanItTook) {
-  // Held for a millisecond, even a spring that is given whole gives more than it takes; that is the
-  // sampling's, and the measure.
+  // The force is constant for a millisecond, so even an unlimited spring returns more energy than
+  // it takes. This error of sampling is the reference.
   const double sampled_mj = hit_mj(1e9, 1e9, 0);
   EXPECT_GT(sampled_mj, 0.0);
   for (const double most_n : {4.0, 8.0, 100.0}) {
     for (const double rise_n : {0.1, 0.2, 0.5, 1.0, 2.0}) {
-      // The rise of a force that is let in is no power of the way, as its fall is: what that costs
-      // is a hundredth of the 32 mJ that the whole spring takes.
+      // While a limited force rises it is not proportional to the depth, as it is while it falls.
+      // This costs a hundredth of the 32 mJ that the unlimited spring takes.
       EXPECT_LE(hit_mj(rise_n, most_n, 0), sampled_mj + 0.01 * 32.0)
           << rise_n << " N/ms, " << most_n << " N";
     }
@@ -143,7 +148,7 @@ TEST(PassiveReturn, TakesNothingFromASpringThatWasLetInWhole) {
   PassiveReturn back;
   for (int ms = 0; ms <= 20; ++ms) {
     const double wanted = 4.0 * std::sin(std::numbers::pi * ms / 20.0);
-    // As an exact spring of 1 N/mm moves: the work of the way to here.
+    // An exact spring of 1 N/mm: the work since the last step.
     const double before = 4.0 * std::sin(std::numbers::pi * std::max(0, ms - 1) / 20.0);
     const double work = 0.5e-3 * (wanted * wanted - before * before);
     back.move(work, work);
@@ -153,8 +158,8 @@ TEST(PassiveReturn, TakesNothingFromASpringThatWasLetInWhole) {
 }
 
 TEST(PassiveReturn, ComesBackSlowlyAfterAFallThatDidNotLeaveTheWall) {
-  // A wall pushes with 6 N where 4 may be given, sinks to 5.4 and comes a little: seen on a live
-  // heart, where what the fall had taken came back in one millisecond.
+  // The scene's force is 6 N where 4 N is the limit, falls to 5.4 N and rises slowly. On a beating
+  // heart the force that the fall had removed came back in one millisecond.
   PassiveReturn back;
   double given = 0.0, worst_n = 0.0, least = 4.0;
   for (int ms = 0; ms < 600; ++ms) {
@@ -168,13 +173,13 @@ TEST(PassiveReturn, ComesBackSlowlyAfterAFallThatDidNotLeaveTheWall) {
     if (ms > 100) worst_n = std::max(worst_n, std::abs(given - before));
     if (ms > 200) least = std::min(least, given);
   }
-  EXPECT_LT(least, 3.7) << "nothing was held back: this shows nothing";
+  EXPECT_LT(least, 3.7) << "no force was held back: nothing is tested";
   EXPECT_LT(worst_n, 0.05);
   EXPECT_NEAR(given, 4.0, 0.01);
 }
 
 TEST(PassiveReturn, ForgivesWhatWasHeldBackWhereTheHandStays) {
-  // A tenth of a second of rest: nearly all is given back; half a second: all of it.
+  // After 0.5 s of rest more is returned than without rest; after a second the limit is gone.
   EXPECT_GT(hit_mj(0.2, 100.0, 500), hit_mj(0.2, 100.0, 0));
   PassiveReturn back;
   back.move(10e-3, 3e-3);

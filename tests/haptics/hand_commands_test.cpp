@@ -23,7 +23,7 @@ DeviceReading with(uint32_t buttons, DeviceFault fault = DeviceFault::kNone) {
   return reading;
 }
 
-/// What a button that is read once a millisecond says, each with the millisecond.
+/// The commands of a button that is read once per millisecond, each with its millisecond.
 std::vector<std::pair<int, Kind>> said(const std::vector<std::pair<int, DeviceReading>>& changes,
                                        int until_ms, uint32_t mask = 1) {
   CommandButton button(mask);
@@ -86,12 +86,12 @@ TEST(CommandButton, HearsOnlyItsOwnButtonsAndThoseOnce) {
 TEST(CommandButton, AButtonThatWasDownBeforeAnybodyLookedSaysNothing) {
   EXPECT_EQ(said({{0, with(1)}, {2000, with(0)}, {2010, with(1)}, {2020, with(0)}}, 3000),
             (All{{2010, Kind::kReleaseTube}}));
-  // The same after a fault, in which buttons mean nothing.
+  // The same after a fault, during which buttons are ignored.
   EXPECT_EQ(said({{10, with(0, DeviceFault::kUnplugged)}, {20, with(1)}, {1500, with(0)}}, 3000),
             All{});
   EXPECT_EQ(said({{10, with(1)}, {20, with(1, DeviceFault::kTimeout)}, {30, with(1)}}, 3000),
             (All{{10, Kind::kReleaseTube}}))
-      << "nor is it held";
+      << "a press that a fault interrupts is not a long press";
 }
 
 TEST(SceneTicker, PassesCommandsOnInOrderWithTheirTick) {
@@ -119,7 +119,7 @@ TEST(SceneTicker, PassesCommandsOnInOrderWithTheirTick) {
   HandCommand command;
   while (ticker.next_command(command)) {
     all.emplace_back(int(command.snapshot.now_ns / kMs), command.kind);
-    // In free space the proxy is where the hand is.
+    // In free space the proxy is at the hand.
     EXPECT_NEAR(command.snapshot.proxy_m.x, 1e-9 * double(command.snapshot.now_ns), 5e-4);
     EXPECT_EQ(command.snapshot.volume_count, 1);
   }

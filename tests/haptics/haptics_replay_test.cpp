@@ -1,5 +1,5 @@
-// A recorded run done again by a fresh Haptics gives the same bits: with everything that can come
-// in, what is wrong included.
+// A recorded run repeated by a new Haptics gives the same bits, for all kinds of input, faults
+// included.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -48,7 +48,7 @@ std::unique_ptr<Haptics> fresh(const SceneSpec& spec) {
   return haptics;
 }
 
-/// The next tick's input of a run in which everything happens.
+/// The next tick's input of a random run with all kinds of events.
 class RandomRun {
  public:
   explicit RandomRun(uint32_t seed) : random_(seed) {}
@@ -114,7 +114,7 @@ TEST(Replay, OfARandomRunThroughAFreshHapticsGivesTheSameBits) {
       felt += glm::length(output.command.force_n) > 0.01;
       causes |= 1 << int(output.cause);
       (*recorder)->hear(input, output);
-      // The recorder's thread drains every 20 ms; a real run is not faster than it.
+      // The recorder's thread empties its ring every 20 ms; a real run gives it that time.
       if (i % 2000 == 1999) std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
     EXPECT_GT(felt, 500) << "seed " << seed;
@@ -131,7 +131,7 @@ TEST(Replay, OfARandomRunThroughAFreshHapticsGivesTheSameBits) {
     EXPECT_EQ(same->ticks, 10'000u);
     EXPECT_EQ(same->different, 0u) << "seed " << seed << ": first in tick " << same->first_different
                                    << ", field " << same->first_field;
-    // And it does notice: a wall that is a little rougher is another run.
+    // A replay with a slightly different friction must differ.
     SceneSpec rougher = two_volumes();
     rougher.modes[0].friction = TransferFunction::constant(0.400001);
     recording->rewind();

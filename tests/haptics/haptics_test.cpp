@@ -11,13 +11,13 @@ namespace {
 
 using namespace test;
 
-// N/m; it turns 1 um into 0.6 mN.
+// N/m; 1 um is 0.6 mN.
 constexpr double kStiffness = 600.0;
-// The method's own error: contact is found to 0.2 um, a field sampled at 1 mm is 3 um off between
-// samples.
+// The method's own error: contact is found to 0.2 um, and a field sampled at 1 mm has an error of 3
+// um between samples.
 constexpr double kMethod_n = 0.005;
-// With data sampled at 1 mm: the spline's blur puts a ball of 25 mm 13 um further in, and sampling
-// tilts its normals by 0.01 rad.
+// With data sampled at 1 mm: the spline's smoothing moves the surface of a ball of 25 mm in by 13
+// um, and sampling tilts its normals by 0.01 rad.
 constexpr double kSampled_n = 0.02;
 
 /// Errors of a force against an exact one.
@@ -64,7 +64,7 @@ TEST(Haptics, SlidesWithoutDiggingInOrTakingOff) {
   for (const Made made : {Made::kAnalytic, Made::kSampled}) {
     Hand hand(shell_spec(5.0, 0.0, kStiffness), {shell(1, 1.0, made)});
     Errors errors;
-    // Round the sphere, 2 mm below its surface, at 100 mm/s.
+    // Around the sphere, 2 mm below its surface, at 100 mm/s.
     for (int i = 0; i < 3000; ++i) {
       const double angle = 0.1 * 1e-3 * i / 0.025, r = i < 200 ? 0.027 - 2e-5 * i : 0.023;
       const glm::dvec3 dir(std::cos(angle), std::sin(angle) * 0.8, std::sin(angle) * 0.6);
@@ -77,7 +77,8 @@ TEST(Haptics, SlidesWithoutDiggingInOrTakingOff) {
 }
 
 TEST(Haptics, SlidesInsideAHollowAsWell) {
-  // Leaving is what is held: the hand is inside the ball and presses outwards, on a concave wall.
+  // The wall holds a hand that leaves: the hand is inside the ball and presses outwards, on a
+  // concave wall.
   SceneSpec spec = shell_spec(5.0, 0.0, kStiffness);
   spec.modes[0].leaving = true;
   spec.modes[0].strength = *TransferFunction::stepped({0.0, 500.0}, {5.0, 0.0});
@@ -94,7 +95,7 @@ TEST(Haptics, SlidesInsideAHollowAsWell) {
 }
 
 TEST(Haptics, YieldsAtItsStrengthAndHoldsAgainWhereTheStrengthGrows) {
-  // The strength grows over 2 mm from 0 to 2 N: the proxy stands where it equals the spring.
+  // The strength grows from 0 to 2 N over 2 mm: the proxy stops where it equals the spring.
   SceneSpec spec = shell_spec(2.0, 0.0, kStiffness);
   const auto data = std::make_shared<MovingVolume>(*shell(1, 1.0));
   auto soft = std::make_shared<MovingVolume>(*data);

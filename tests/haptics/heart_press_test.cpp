@@ -11,11 +11,12 @@ namespace palpate {
 namespace {
 
 struct Leaning {
-  double least_n = 1e9, most_n = 0.0, step_n = 0.0;  ///< force, and its change in a millisecond
-  int lost = 0, held = 0;                            ///< ticks
+  /// Smallest and largest force, and its largest change in a millisecond.
+  double least_n = 1e9, most_n = 0.0, step_n = 0.0;
+  int lost = 0, held = 0;  ///< ticks
 };
 
-/// From 20 mm before a surface to `depth_m` behind it in a second, then still.
+/// From 20 mm in front of a surface to `depth_m` behind it in a second, then still.
 Leaning lean(test::Hand& hand, glm::dvec3 surface_m, glm::dvec3 out, double depth_m, int ticks) {
   Leaning found;
   for (int i = 0; i < 2500; ++i) hand.to(surface_m + 0.02 * out);
@@ -30,7 +31,8 @@ Leaning lean(test::Hand& hand, glm::dvec3 surface_m, glm::dvec3 out, double dept
     const double force_n = glm::length(tick.command.force_n);
     found.least_n = std::min(found.least_n, force_n);
     found.most_n = std::max(found.most_n, force_n);
-    // A fall through the wall: in the chamber behind it nothing holds, or it holds the other way.
+    // The hand fell through the wall: in the chamber behind it there is no force, or it points
+    // inwards.
     found.lost += !tick.command.in_contact || glm::dot(tick.command.force_n, out) <= 0.0;
   }
   return found;
@@ -55,7 +57,7 @@ TEST(HeartPress, HoldsForAMinuteOfBeatsWithoutSteps) {
   EXPECT_EQ(found.held, 0);
   EXPECT_GT(found.least_n, 0.3);
   EXPECT_LT(found.most_n, 5.0);
-  // What is aimed at everywhere: README, known limits.
+  // The general target: README, known limits.
   EXPECT_LT(found.step_n, 0.05);
 }
 

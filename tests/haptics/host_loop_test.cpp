@@ -1,5 +1,5 @@
-// The loop of a host that ticks by itself. Oracles: the servo loop with the same positions at the
-// same times, and what a safe force may do between two ticks.
+// The loop of a host that calls the ticks itself. Oracles: the servo loop with the same positions
+// at the same times, and the largest step of a safe force between two ticks.
 #include "module/haptics/host_loop.h"
 
 #include <gtest/gtest.h>
@@ -17,9 +17,11 @@ using namespace test;
 
 constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kStart_ns = 5'000'000'000;  // of FakeClock
-constexpr double kSteepest_n_per_ms = 0.6;    // of SafetyOptions' ramps, with room
+// The largest of SafetyOptions' ramps, with some margin.
+constexpr double kSteepest_n_per_ms = 0.6;
 
-/// Where the hand is: from free space some mm into the wall of the shell, 25 mm from the middle.
+/// The hand's place: from free space some mm into the wall of the shell, which is 25 mm from the
+/// middle.
 glm::dvec3 hand_at(int64_t time_ns) {
   const double t_s = 1e-9 * double(time_ns - kStart_ns);
   const double r_m = 0.035 - 0.013 * std::min(1.0, t_s / 0.5) + 0.001 * std::sin(9.0 * t_s);
@@ -36,7 +38,7 @@ struct Bench {
     time_ns += passed_ns;
     return loop.tick({position_m, time_ns, 0});
   }
-  /// Until the hand is in free space again, which unlatches what brought the force down, and back.
+  /// Moves into free space, which ends a latched cause, and back.
   double leave_and_come_back() {
     double worst_n = 0.0;
     for (int k = 0; k < 4000; ++k) {

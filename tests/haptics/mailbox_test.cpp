@@ -1,5 +1,5 @@
-// What passes between two threads: the oracle is the order in which it was sent. The two-thread
-// cases say their worth under the thread sanitizer.
+// Values that pass between two threads. Oracle: the order in which they were sent. The cases with
+// two threads are mainly for the thread sanitizer.
 #include "module/haptics/mailbox.h"
 
 #include <gtest/gtest.h>
@@ -92,7 +92,7 @@ TEST(Newest, IsNeverTornAndNeverGoesBack) {
   writer.join();
 }
 
-/// Counts itself.
+/// Counts its living objects.
 struct Counted {
   explicit Counted(std::atomic<int>& counter, int value) : alive(counter), number(value) {
     ++alive;

@@ -1,5 +1,5 @@
-// A volume that is moved from outside, as the hand feels it. Oracle: a ball on a circle in closed
-// form; the exact path as the measure of what a path adds.
+// The force of a volume that is moved from outside. Oracle: a ball on a circle in closed form; the
+// exact path is the reference for the error that a path adds.
 #include <gtest/gtest.h>
 
 #include "module/scene/drive.h"
@@ -13,12 +13,13 @@ namespace {
 using namespace test;
 
 constexpr double kMovingStiffness = 600.0;
-// The proxy follows the nearest point of the wall with what one pass of the sweep leaves; the limit
-// of the issue for a moving wall is 0.05 N.
+// The proxy follows the nearest point of the wall with the error that one pass of the sweep leaves;
+// the required limit for a moving wall is 0.05 N.
 constexpr double kMethod_n = 0.01;
-constexpr double kMost_n = 0.02;  // N per ms beyond the exact path: the limit of the issue
+// N per ms beyond the exact path: the required limit.
+constexpr double kMost_n = 0.02;
 
-/// The ball turns about an axis 10 mm away, once a second: 63 mm/s.
+/// The ball rotates about an axis 10 mm away, once per second: 63 mm/s.
 DriveSpec turning() {
   DriveSpec drive;
   drive.kind = DriveSpec::Kind::kTurn;
@@ -44,11 +45,13 @@ SceneSpec moved(PosePath path, DriveSpec::Kind kind) {
   return spec;
 }
 
-/// What a hand at rest feels of a path.
+/// What a hand at rest feels on a path.
 struct Felt {
-  double step_n = 0.0;   ///< largest change in a ms
-  double bend_n = 0.0;   ///< largest change of that change: the tick
-  double error_n = 0.0;  ///< from the closed form, for the pose that is there
+  double step_n = 0.0;  ///< largest change in a ms
+  /// The largest change of that change, felt as a tick.
+  double bend_n = 0.0;
+  /// The error from the closed form for the present pose.
+  double error_n = 0.0;
   int touched = 0;
 };
 
@@ -62,7 +65,7 @@ class Feeling {
         felt.error_n, glm::length(out.wanted_n - kMovingStiffness * deep * glm::normalize(arm)));
     const glm::dvec3 change = out.wanted_n - last_n_;
     felt.touched += deep > 0.0;
-    // Contact itself bends the force on every path.
+    // The begin of contact bends the force on every path, so the first ticks do not count.
     if (deep > 0.0 && ++row_ > 2) {
       felt.step_n = std::max(felt.step_n, glm::length(change));
       felt.bend_n = std::max(felt.bend_n, glm::length(change - last_change_));
@@ -78,7 +81,7 @@ class Feeling {
   int row_ = 0;
 };
 
-/// Poses come at the ends of frames, 11 to 22 ms long; `stalls` are times (ms) from which none
+/// Poses come at the ends of frames of 11 to 22 ms. `stalls` are times (ms) from which no pose
 /// comes for 300 ms.
 Felt feel_frames(PosePath path, uint32_t seed, const std::vector<int>& stalls = {}) {
   Hand hand(moved(path, DriveSpec::Kind::kSecondHand), {shell(1, 1.0)});
@@ -135,7 +138,7 @@ TEST(MovedVolume, MakesNoTickAtTheEndsOfFramesThatVaryTwoToOne) {
       exact.step_n, smooth_step, smooth_step - exact.step_n, paper_step, paper_step - exact.step_n,
       exact.bend_n, smooth_bend, paper_bend);
   EXPECT_LE(smooth_step - exact.step_n, kMost_n);
-  // The paper's own path, for comparison: its tick is there (its Fig. 15), and ours is not.
+  // The paper's own path, for comparison: it has the tick (its Fig. 15), the smooth path does not.
   EXPECT_GT(paper_bend, 5.0 * smooth_bend);
 }
 
@@ -145,9 +148,9 @@ TEST(MovedVolume, GoesOnSoftlyAfterItsSourceHasStalled) {
     const Felt felt = feel_frames(path, 1, {1500, 3000, 4400});
     std::printf("stalled source, path %d: worst step %.4f N per ms (exact %.4f)\n", int(path),
                 felt.step_n, exact.step_n);
-    // A pause is replayed at three times the recent speed at most, and by a clock that is faster by
-    // the half at most while it is behind.
-    // The paper's path throws the volume by 1.1 mm in a ms: that is only shown.
+    // A pause is replayed at up to three times the recent speed, by a clock that is up to one half
+    // fast while it is behind. The paper's path moves the volume by 1.1 mm in a ms; that is only
+    // printed.
     if (path == PosePath::kSmooth) {
       EXPECT_LE(felt.error_n, kMethod_n);
       EXPECT_LE(felt.step_n, 3.0 * 1.5 * exact.step_n);
@@ -156,7 +159,7 @@ TEST(MovedVolume, GoesOnSoftlyAfterItsSourceHasStalled) {
 }
 
 TEST(MovedVolume, TurnsThroughHalfTurnsWithoutAJump) {
-  // Each new pose is half a turn away from the last, a little less or a little more.
+  // Each new pose is about half a turn from the last one.
   SceneSpec spec = moved(PosePath::kSmooth, DriveSpec::Kind::kSecondHand);
   spec.volumes[0].transform.translation_m.x *= -1.0;  // away from the hand at first
   Hand hand(spec, {shell(1, 1.0)});
@@ -181,8 +184,9 @@ TEST(MovedVolume, TurnsThroughHalfTurnsWithoutAJump) {
   std::printf("half turns: worst step %.4f N per ms\n", steps.worst_n());
   EXPECT_GT(feeling.felt.touched, 500);
   EXPECT_LE(feeling.felt.error_n, kMethod_n);
-  // Half a turn, 10 mm from the axis, takes 0.25 s at least; a smooth start and stop doubles the
-  // mean speed at most, and so does the nearest point of a ball to a hand 12.6 mm from its centre.
+  // Half a turn, 10 mm from the axis, takes at least 0.25 s. A smooth start and stop at most
+  // doubles the mean speed, and so does the nearest point of a ball to a hand 12.6 mm from its
+  // centre.
   EXPECT_LE(steps.worst_n(), kMovingStiffness * 2.0 * 2.0 * 1e-3 * 0.01 * std::numbers::pi / 0.25);
 }
 
@@ -211,7 +215,7 @@ TEST(MovedVolume, WithAScaleThatDiffersByAxisPressesAlongTheTrueNormal) {
   for (int run = 0; run < 20; ++run) {
     Hand hand(spec, {shell(1, 1.0)});
     const glm::dvec3 dir = glm::normalize(random.vector(1.0));
-    // 1.5 mm inside the surface along a random direction of the volume's own.
+    // 1.5 mm inside the surface along a random direction in volume space.
     const glm::dvec3 surface = dir / glm::length(dir / half_axes);
     TickOutput out;
     for (int i = 0; i <= 400; ++i) {
@@ -237,7 +241,8 @@ TEST(MovedVolume, TakesNoMirrorImageWhileItRuns) {
        {glm::dvec3(-1.0, 1.0, 1.0), glm::dvec3(0.0), glm::dvec3(1.0, std::nan(""), 1.0)}) {
     hand.input.poses[0] = {0, aside(), time_ns += 1'000'000};
     hand.input.poses[0].transform.scale = scale;
-    hand.input.poses[1] = {7, {}, time_ns};  // there is no such volume
+    // There is no such volume.
+    hand.input.poses[1] = {7, {}, time_ns};
     hand.input.pose_count = 2;
     EXPECT_EQ(hand.to(kHand).wanted_n, before);
   }

@@ -1,4 +1,5 @@
-// What is a buzz and what is not, by waveforms; then a wall that is too stiff for its delay.
+// Which waveforms are an oscillation and which are not; then a wall that is too stiff for its
+// delay.
 #include "module/haptics/oscillation.h"
 
 #include <gtest/gtest.h>
@@ -72,7 +73,7 @@ TEST(OscillationGuard, HearsTheSameAtFourKilohertz) {
 }
 
 TEST(OscillationGuard, DoesNotMindABeatingWall) {
-  // From a sine to the hardest edges a wall can have, 4 N high.
+  // From a sine to the steepest edges that a wall can have, 4 N high.
   for (double hz : {0.1, 0.5, 1.0, 1.2, 2.0, 3.0, 5.0, 7.0, 8.0, 9.0, 10.0}) {
     const auto phase = [=](double t) { return hz * t - std::floor(hz * t); };
     const std::pair<std::string, Wave> waves[] = {
@@ -97,7 +98,7 @@ TEST(OscillationGuard, DoesNotMindAQuickTouch) {
     });
     EXPECT_EQ(heard.lowest_gain, 1.0) << rise_s;
   }
-  // Bounces that lose half their height each time.
+  // Bounces, each half as high as the last one.
   for (double first_s : {0.01, 0.02, 0.04}) {
     const Heard heard = listen([=](double t) {
       double u = t - std::floor(t), newton = 4.0, s = first_s;
@@ -120,8 +121,8 @@ TEST(OscillationGuard, DoesNotMindWhatIsTooSmallToMatter) {
 }
 
 TEST(OscillationGuard, StopsTurningDownWhenThatHelps) {
-  // 0.8 N at 100 Hz, 0.45 N rms in the band: at a third of it, below half the threshold, it is
-  // none.
+  // 0.8 N at 100 Hz is 0.45 N rms in the band. The oscillation depends on the gain: at a third of
+  // it, below half the threshold, it ends.
   const Heard heard = listen(sine(100.0, 0.8), 4.0, 1e-3, true);
   EXPECT_LT(heard.lowest_gain, 0.7);
   EXPECT_GT(heard.lowest_gain, 0.2);
@@ -146,8 +147,8 @@ TEST(OscillationGuard, ComesBackSlowlyWhenItIsQuietAgain) {
 }
 
 // A grip without a hand, 0.02 kg and 1 N s/m, on a spring whose force comes two samples late:
-// unstable above b / (T / 2 + delay) = 400 N/m, at 35 to 48 Hz. The spring is started pressed in.
-// Returns the rms of the force in its last second.
+// unstable above b / (T / 2 + delay) = 400 N/m, at 35 to 48 Hz. The grip starts pressed in. Returns
+// the rms of the force in the last second.
 double late_buzz(double stiffness, bool guarded) {
   OscillationGuard guard(kBuzzN);
   double x = 0.002, v = 0.0, sum = 0.0;
@@ -169,7 +170,8 @@ double late_buzz(double stiffness, bool guarded) {
 
 TEST(OscillationGuard, QuietsASpringThatIsTooStiffForItsDelay) {
   for (double stiffness : {1000.0, 1200.0, 1400.0, 1600.0, 1800.0}) {
-    EXPECT_GT(late_buzz(stiffness, false), 4.0) << stiffness;  // it does buzz by itself
+    // Without the guard it oscillates.
+    EXPECT_GT(late_buzz(stiffness, false), 4.0) << stiffness;
     EXPECT_LT(late_buzz(stiffness, true), kBuzzN) << stiffness;
   }
 }

@@ -1,5 +1,5 @@
-// The beating shell however it is played, several volumes, several motions of one. Oracle: the
-// shell's radius in closed form at the frame pointer, and Coulomb's law.
+// The beating shell in every kind of playback, several volumes, several motions of one volume.
+// Oracle: the shell's radius in closed form at the frame pointer, and Coulomb's law.
 #include <gtest/gtest.h>
 
 #include "compute/volume/phantom.h"
@@ -14,8 +14,8 @@ using namespace test;
 
 constexpr double kStiffness = 600.0;
 constexpr int kFrames = 4;
-// Contact to 0.2 um; a motion field sampled at 1 mm is 3 um off between samples, and a proxy that
-// stays in contact gathers that over the four steps of a beat.
+// Contact is found to 0.2 um. A motion field sampled at 1 mm has an error of 3 um between samples,
+// which a proxy in contact adds up over the four steps of a beat.
 constexpr double kMethod_n = 0.01;
 
 ControlEvent event(ControlEvent::Kind kind, double value) {
@@ -27,7 +27,7 @@ ControlEvent event(ControlEvent::Kind kind, double value) {
 
 using Radius = double (*)(FramePointer at, int frames);
 
-/// A hand that presses on the beating wall, and how far the force is from the exact one.
+/// A hand that presses on the beating wall, and the largest error of its force.
 class Pressing {
  public:
   explicit Pressing(const SceneSpec& spec, std::shared_ptr<const MovingVolume> data,
@@ -41,7 +41,7 @@ class Pressing {
       const double wall = radius_m_(out.first, kFrames);
       const double exact = kStiffness * std::max(0.0, wall - r);
       worst_n = std::max(worst_n, glm::length(out.wanted_n - exact * dir));
-      // What hand and wall did in this tick is in the force; nothing else may be.
+      // The force step minus the motion of hand and wall in this tick: the remainder must be small.
       const double moved = std::abs(wall - last_wall_) + std::abs(r - last_r_);
       if (known_)
         worst_step_n =
@@ -99,9 +99,8 @@ std::shared_ptr<const MovingVolume> carried_shell(double frames_per_second, size
   return std::make_shared<const MovingVolume>(*carried(*own, motion));
 }
 
-/// The exact radius where one motion carries the shell, m: between frames, which are evenly apart,
-/// the cubic whose slope at a frame is half the difference of its neighbours (Catmull and Rom
-/// 1974).
+/// The exact radius where one motion carries the shell, m. Between frames at equal intervals: the
+/// cubic whose slope at a frame is half the difference of its neighbours (Catmull and Rom 1974).
 double carried_radius_m(FramePointer at, int n) {
   const auto r = [&](int k) { return 1e-3 * shell_radius_mm((at.frame + k + n) % n, n); };
   const double s = at.phase;
@@ -128,9 +127,9 @@ TEST(OneMotionForAllTimes, GivesTheExactForceAtEveryRateForwardsAndBackwards) {
 }
 
 TEST(OneMotionForAllTimes, TakesTheHandOverFromStepsWithoutAJump) {
-  // As when it is found while the steps are felt: the scene exchanged in contact, at a frame, where
-  // both put the wall in one place; and between two, where straight lines and curves are 0.7 mm
-  // apart: there the hand goes on with the material that it rests on.
+  // The one motion arrives while the steps are felt, and the scene is exchanged in contact: at a
+  // frame, where both put the wall at the same place, and between two frames, where straight lines
+  // and curves are 0.7 mm apart. There the hand stays with the material on which it rests.
   for (const int exchange : {2000, 1500}) {
     const SceneSpec spec = shell_spec(50.0, 0.0, kStiffness);
     Hand hand(spec, {shell(kFrames, 1.0)});
@@ -208,7 +207,7 @@ TEST(Playing, RestsInTheLastFrameOfWhatDoesNotRepeat) {
 }
 
 TEST(SeveralVolumes, AreFeltTogether) {
-  // A still ball and a beating one about the same centre: the larger one holds.
+  // A still ball and a beating one about the same centre: the proxy stays on the larger one.
   auto still = std::make_shared<MovingVolume>(*shell(1, 1.0));
   still->frames = {std::make_shared<Ball>(0.0285, 1.06e-3)};
   SceneSpec spec = shell_spec(50.0, 0.0, kStiffness);
@@ -234,7 +233,7 @@ TEST(SeveralVolumes, AreFeltTogether) {
   EXPECT_LE(worst, kMethod_n);
 }
 
-/// A half space of high value below y = 0, whatever moves along it.
+/// A half space of high value below y = 0, which is the same after any motion along it.
 class Floor final : public FrameData {
  public:
   bool is_vector() const noexcept override { return false; }
@@ -248,8 +247,8 @@ class Floor final : public FrameData {
 };
 
 TEST(SeveralMotions, OfOneVolumeCarryEachModeWithItsOwn) {
-  // The same floor flows to the right as one property moves, to the left as the other does: rough,
-  // it drags the hand by mu N that way.
+  // The same floor flows to the right by one motion and to the left by the other. Its friction
+  // drags the hand by mu N in that direction.
   auto data = std::make_shared<MovingVolume>();
   data->name = "shell";
   data->frames = {std::make_shared<Floor>(), std::make_shared<Floor>()};
@@ -281,7 +280,7 @@ TEST(SeveralMotions, OfOneVolumeCarryEachModeWithItsOwn) {
   EXPECT_NEAR(felt({"right"}), 0.5 * normal, 1e-3);
   EXPECT_NEAR(felt({"left"}), -0.5 * normal, 1e-3);
   EXPECT_NEAR(felt({""}), 0.5 * normal, 1e-3) << "the first one, where none is named";
-  // Both: planes that repeat share the normal force, and their drags cancel.
+  // Both motions: equal planes share the normal force, and their friction forces cancel.
   EXPECT_NEAR(felt({"right", "left"}), 0.0, 0.02);
 }
 

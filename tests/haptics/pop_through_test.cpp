@@ -1,5 +1,5 @@
-// A shell one voxel thin between a fast hand and a fast wall. Oracle: the shell's own radius in
-// closed form; a proxy that is nearer to the centre than its middle has gone through.
+// A shell one voxel thin between a fast hand and a fast wall. Oracle: the shell's radius in closed
+// form; a proxy nearer to the centre than the middle of the shell has passed through.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -14,13 +14,13 @@ using namespace test;
 
 constexpr double kPopStiffness = 600.0;  // N/m
 constexpr double kStrength_n = 6.0;
-// The hand stays where the spring pulls with less than this; the rest is what hand (1 mm) and wall
-// (0.3 mm) go in one frame before the spring is asked again: 0.8 N.
+// The hand stays where the spring pulls with less than this. In one frame hand (1 mm) and wall (0.3
+// mm) may add 0.8 N before the next check.
 constexpr double kMostSpring_n = 5.0;
 constexpr double kPopVoxel_m = 2e-3;
 constexpr int kPopFrames = 4;
 
-/// A layer of value 1000 around a radius, as thick as one voxel at half its height.
+/// A layer of value 1000 around a radius; its width at half its height is one voxel.
 Volume thin_frame(const Grid& grid, double radius_mm) {
   Volume frame{grid, std::vector<float>(grid.count())};
   const double width_mm = grid.finest_mm() / 2.355;  // full width at half height
@@ -34,7 +34,7 @@ Volume thin_frame(const Grid& grid, double radius_mm) {
   return frame;
 }
 
-/// The shell as samples, beating; fastest where it goes from the smallest state to the next.
+/// The beating shell as samples; it moves fastest from its smallest state to the next.
 std::shared_ptr<const MovingVolume> thin_shell(double frames_per_second) {
   auto volume = std::make_shared<MovingVolume>();
   volume->name = "shell";
@@ -50,7 +50,7 @@ std::shared_ptr<const MovingVolume> thin_shell(double frames_per_second) {
   return volume;
 }
 
-/// Frames per second at which the wall's fastest step goes at so many m/s.
+/// Frames per second at which the wall's fastest step has this speed, m/s.
 double rate_for(double wall_m_per_s) {
   double step_m = 0.0;
   for (int k = 0; k < kPopFrames; ++k)
@@ -66,19 +66,20 @@ SceneSpec thin_spec(double friction) {
   return spec;
 }
 
-/// A hand that darts about: it makes for one random place after another, at up to 1 m/s, and is
-/// held where the spring would be pulled beyond its limit.
+/// A hand that moves fast and at random: towards one random place after another, at up to 1 m/s. It
+/// stops where the spring would exceed its limit.
 class Darting {
  public:
   explicit Darting(uint32_t seed) : random_(seed) { aim(); }
-  /// Where it goes next from here, given where the proxy is.
+  /// The next place of the probe, from its present place and the proxy's.
   glm::dvec3 next(glm::dvec3 probe, glm::dvec3 proxy) {
     const glm::dvec3 way = aim_ - probe;
     const double length = glm::length(way), step = 1e-3 * speed_;
     glm::dvec3 to = length > step ? probe + way * (step / length) : aim_;
     if (length <= step || --left_ == 0) aim();
     const double reach = kMostSpring_n / kPopStiffness, pull = glm::length(to - proxy);
-    if (pull > reach) {  // the arm gives way, no faster than it may go
+    // The hand gives way, but not faster than its largest speed.
+    if (pull > reach) {
       const glm::dvec3 back = proxy + (to - proxy) * (reach / pull) - probe;
       const double fast = glm::length(back);
       to = probe + (fast > 1e-3 ? back * (1e-3 / fast) : back);
@@ -127,7 +128,7 @@ Crossings run(Hand& hand, uint32_t seed, int64_t frames) {
       ADD_FAILURE() << "seed " << seed << " frame " << i << ": proxy at "
                     << 1e3 * glm::length(out.proxy_m) << " mm, wall at " << 1e3 * wall
                     << " mm, force " << force << " N, pieces " << int(out.substeps);
-    // Out again, to count crossings and not frames inside.
+    // Starts outside again, so that crossings are counted, not frames inside.
     hand.haptics.adopt(Haptics::prepare(hand.haptics.run()->scene));
     break;
   }
@@ -139,7 +140,7 @@ int64_t asked_frames(int64_t usual) {
   return asked ? std::max<int64_t>(std::atoll(asked), 1000) : usual;
 }
 
-// PALPATE_POP_THROUGH_FRAMES=100000000 for the long run.
+// PALPATE_POP_THROUGH_FRAMES=100000000 gives the long run.
 TEST(PopThrough, DoesNotHappenBelowTheStrengthHoweverFastHandAndWallAre) {
   const int64_t frames = asked_frames(1'000'000);
   Crossings all;
@@ -147,7 +148,7 @@ TEST(PopThrough, DoesNotHappenBelowTheStrengthHoweverFastHandAndWallAre) {
   for (const double wall_m_per_s : {0.0, 0.1, 0.3}) {
     const auto data = thin_shell(wall_m_per_s > 0.0 ? rate_for(wall_m_per_s) : 1e-9);
     for (const double friction : {0.0, 0.4}) {
-      // Many short runs: the phase at which the hand comes in differs.
+      // Many short runs: the hand meets the wall at different phases.
       const int64_t each = std::max<int64_t>(frames / 6 / 20, 1000);
       for (int64_t done = 0; done < frames / 6; done += each, ++runs) {
         Hand hand(thin_spec(friction), {data});
@@ -164,7 +165,8 @@ TEST(PopThrough, DoesNotHappenBelowTheStrengthHoweverFastHandAndWallAre) {
   std::printf("pop-through: %ld of %ld frames, %ld touching, largest force %.3f N\n",
               long(all.through), long(all.frames), long(all.touching), all.largest_n);
   EXPECT_EQ(all.through, 0);
-  EXPECT_GT(all.touching, all.frames / 4) << "the hand must be at the wall to prove anything";
+  EXPECT_GT(all.touching, all.frames / 4)
+      << "the hand must be at the wall for this test to check anything";
   EXPECT_EQ(all.above, 0) << "the hand's law keeps the spring below the strength";
 }
 

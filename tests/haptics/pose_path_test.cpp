@@ -1,5 +1,4 @@
-// Oracles: the source's own motion, given in closed form, and numeric derivatives of what comes
-// out.
+// Oracles: the source's own motion in closed form, and numeric derivatives of the result.
 #include "module/haptics/pose_path.h"
 
 #include <gtest/gtest.h>
@@ -40,7 +39,7 @@ Frames varying(uint32_t seed) {
   return [random](int, double mean_s) { return mean_s * random->draw(2.0 / 3.0, 4.0 / 3.0); };
 }
 
-/// What a hand at one point of the volume is led through.
+/// The path of one point of the volume.
 struct Trace {
   std::vector<glm::dvec3> points;
   glm::dvec3 velocity(size_t k) const { return 1e3 * (points[k] - points[k - 1]); }
@@ -58,7 +57,7 @@ struct Trace {
   }
 };
 
-/// Runs a source at frame times of its own against a haptic loop of 1 kHz.
+/// Runs a source with its own frame times against a haptic loop of 1 kHz.
 Trace follow(MovingPose& moving, const Source& source, const Frames& frames, double mean_s,
              double seconds, double first_s = 0.0) {
   Trace trace;
@@ -84,9 +83,9 @@ TEST(SmoothPath, HasNoTickAtFrameEndsHoweverFrameTimesVary) {
       MovingPose moving(PosePath::kSmooth, turning(0.0));
       const Frames frames = seed == 0 ? Frames(steady) : seed == 1 ? alternating : varying(seed);
       const Trace trace = follow(moving, turning, frames, mean_s, 20.0);
-      // Once the delay is found (5 s): the force slope of 1000 N/m is at most 0.02 N/ms above the
-      // exact path's, that is 0.02 m/s. What is asked here is a tenth: the clock may still be
-      // changing the delay where a longer frame than any before was seen.
+      // After the delay is found (5 s) the force slope at 1000 N/m may be at most 0.02 N/ms above
+      // that of the exact path, that is 0.02 m/s. The test allows a tenth of it. The clock may
+      // still be changing the delay after a frame that was longer than any before.
       EXPECT_LT(trace.fastest(5000) - 0.05, 0.002) << mean_s << " seed " << seed;
       // A change of the clock's rate is ramped: at most 1/30 of the velocity per ms.
       EXPECT_LT(trace.velocity_step(5000), kExactStep + 0.05 / 30) << mean_s << " seed " << seed;
@@ -114,7 +113,7 @@ TEST(SmoothPath, FollowsConstantVelocityExactly) {
       }
       const Transform got = moving.at(tick * kMs);
       const Transform want = source(1e-3 * double(tick) - moving.delay_s());
-      // Stamps are cut to 1 ns, which is 1e-9 of every rate; the path adds rounding only.
+      // Time stamps are cut to 1 ns, which is 1e-9 of every rate; else the path only adds rounding.
       ASSERT_LT(glm::length(got.translation_m - want.translation_m), 1e-9) << tick;
       ASSERT_LT(glm::length(got.scale - want.scale), 1e-9) << tick;
       ASSERT_GT(std::abs(glm::dot(got.rotation, want.rotation)), 1.0 - 1e-15) << tick;
@@ -129,7 +128,7 @@ TEST(SmoothPath, StaysALittleMoreThanTheLongestFrameBehind) {
   EXPECT_LT(moving.delay_s(), 1.6 * 4.0 / 3 / 60);
 }
 
-/// A source with stalls, bursts and several poses in a haptic frame, followed in haptic frames of
+/// A source with stalls, bursts and several poses in one haptic frame, followed in haptic frames of
 /// 1 / per_ms ms.
 std::vector<glm::dvec3> follow_unruly(uint32_t seed, int per_ms) {
   test::Random random(seed);
@@ -150,7 +149,8 @@ std::vector<glm::dvec3> follow_unruly(uint32_t seed, int per_ms) {
     while (std::max(next, arrives) <= now) {
       moving.add(source(next), int64_t(1e9 * next));
       const double what = random.draw(0, 100), long_s = random.draw(0.0, 1.5);
-      if (what > 97) arrives = next + long_s;  // a burst: sent in time, but late
+      // A burst: sent in time, but received late.
+      if (what > 97) arrives = next + long_s;
       next += what < 3 ? long_s : what < 6 ? 1e-3 * long_s : mean_s * (0.5 + long_s);
     }
     points.push_back(moving.at(int64_t(1e9 * now)).world_from_volume(kPoint));
@@ -170,18 +170,19 @@ TEST(SmoothPath, HasNoVelocityJumpWhateverArrives) {
         fastest = std::max(fastest, 1e3 * per_ms * glm::length(p[k] - p[k - 1]));
       }
     }
-    // A step of the velocity that belongs to a smooth path gets 32 times smaller with the haptic
-    // frame; a kink stays. A factor of 8 is for poses that arrive in another haptic frame. Where
-    // the path hardly bends there is nothing to compare.
+    // With the haptic frame 32 times shorter, the velocity step of a smooth path becomes 32 times
+    // smaller; at a kink it stays the same. A factor of 8 is for poses that arrive in another
+    // haptic frame. A path that hardly bends gives nothing to compare.
     EXPECT_LT(steps[1], std::max(0.25 * steps[0], 0.002)) << "seed " << seed;
-    // At worst a way of 1.5 s (3 rad at 50 mm, and some 40 mm) is done in 0.25 s, where a cubic is
-    // up to three times as fast as its mean, by a clock that is up to 3/2 fast.
+    // At worst the way of 1.5 s (3 rad at 50 mm, and about 40 mm) is done in 0.25 s. A cubic is up
+    // to three times as fast as its mean, and the clock up to 3/2 fast.
     EXPECT_LT(fastest, (0.15 + 0.04) / 0.25 * 3.0 * 1.5) << "seed " << seed;
   }
 }
 
 TEST(SmoothPath, IsContinuouslyDifferentiableAtEveryScaleOfTime) {
-  // Halving the haptic frame halves the velocity step of a C1 path and leaves a kink what it is.
+  // With half the haptic frame the velocity step of a C1 path is halved; at a kink it stays the
+  // same.
   double steps[2];
   for (const int fine : {1, 8}) {
     MovingPose moving(PosePath::kSmooth, turning(0.0));
@@ -202,7 +203,8 @@ TEST(SmoothPath, IsContinuouslyDifferentiableAtEveryScaleOfTime) {
           std::max(most, 1e3 * fine * glm::length(points[k] - 2.0 * points[k - 1] + points[k - 2]));
     steps[fine == 8] = most;
   }
-  EXPECT_LT(steps[1], 0.25 * steps[0]);  // 1/8, and a factor of 2 for where the frames fall
+  // 1/8, and a factor of 2 for where the frames fall.
+  EXPECT_LT(steps[1], 0.25 * steps[0]);
 }
 
 TEST(SmoothPath, RestsAtTheLastPoseWithoutOvershootWhenTheSourceStalls) {
@@ -237,8 +239,9 @@ TEST(SmoothPath, DoesNotOvershootWhenTheSourceStopsButGoesOnSending) {
   for (uint32_t seed = 0; seed < 20; ++seed) {
     MovingPose moving(PosePath::kSmooth, source(0.0));
     const Trace trace = follow(moving, source, varying(seed), 1.0 / 60, 3.0);
-    // It may stop right after a pose: then a velocity of 0.1 m/s has to end within a shorter way
-    // than a C1 path needs, and the least it goes beyond in the room of 8 ms is 4/27 of v * h.
+    // The source may stop right after a pose. Then a velocity of 0.1 m/s has to end within a
+    // shorter way than a C1 path needs; in the 8 ms that it has it goes at least 4/27 of v * h too
+    // far.
     for (const glm::dvec3& p : trace.points)
       ASSERT_LE(p.x, 0.05 + 0.2 + 0.1 * 0.008 * 4.0 / 27.0) << "seed " << seed;
     EXPECT_NEAR(trace.points.back().x, 0.25, 1e-12) << "seed " << seed;
@@ -247,7 +250,7 @@ TEST(SmoothPath, DoesNotOvershootWhenTheSourceStopsButGoesOnSending) {
 }
 
 TEST(SmoothPath, EasesInWhenTheSourceGoesOnAfterAPause) {
-  // Silence means rest, as with a SpaceMouse: at rest for two seconds, then 0.05 m/s.
+  // A silent source is at rest, as a SpaceMouse: at rest for two seconds, then 0.05 m/s.
   const Source source = [](double s) {
     Transform t;
     t.translation_m.x = s < 3.0 ? 0.0 : 0.05 * (s - 3.0);
@@ -265,15 +268,15 @@ TEST(SmoothPath, EasesInWhenTheSourceGoesOnAfterAPause) {
     }
     trace.points.push_back(moving.at(tick * kMs).world_from_volume(glm::dvec3(0.0)));
   }
-  // A cubic from rest to a velocity is at most 4/3 of the mean velocity fast, and its velocity
-  // rises by 4 / h at first, where h is the delay: 23 ms or more here.
+  // A cubic from rest to a velocity has at most 4/3 of the mean velocity. Its velocity rises by 4 /
+  // h at first, where h is the delay: 23 ms or more here.
   EXPECT_LT(trace.fastest(2), 0.05 * 4.0 / 3 + 1e-9);
   EXPECT_LT(trace.velocity_step(3), 0.05 * 4.0 / 23);
   EXPECT_LT(moving.delay_s(), 0.03);
 }
 
 TEST(SmoothPath, CatchesUpAfterABurst) {
-  // 40 poses come at once after 0.6 s.
+  // 40 poses arrive together after 0.6 s.
   MovingPose moving(PosePath::kSmooth, turning(0.0));
   follow(moving, turning, steady, 1.0 / 60, 2.0);
   double sent = 2.0;
@@ -299,7 +302,8 @@ TEST(SmoothPath, NeverThrowsWhatLeaps) {
   }
   double most = 0.0;
   for (size_t k = 1; k < x.size(); ++k) most = std::max(most, 1e3 * (x[k] - x[k - 1]));
-  // 0.25 s; a cubic's 3/2 from rest to rest and some, as the rest is known late; the clock's 3/2.
+  // 0.25 s; a cubic from rest to rest has 3/2 of its mean, and somewhat more because the rest is
+  // detected late; the clock is up to 3/2 fast.
   EXPECT_LT(most, 0.5 / 0.25 * 2.0 * 1.5);
   EXPECT_EQ(x.back(), 0.5);
 }
@@ -353,7 +357,7 @@ TEST(MovingPoseOfAnyPath, KeepsAScaleThatDiffersByAxis) {
     const Transform t = moving.at(4001 * kMs);
     EXPECT_EQ(t.scale.x, 0.5);
     EXPECT_EQ(t.scale.z, 4.0);
-    // Somewhere in the last two frames; the interpolation of a sine over 20 ms is right to 1e-4.
+    // A value of the last two frames. The interpolation of a sine over 20 ms is right to 1e-4.
     EXPECT_GT(t.scale.y, 2.0 + std::sin(4.0) - 1e-4);
     EXPECT_LT(t.scale.y, 2.0 + std::sin(4.0 - 0.05) + 1e-4);
   }
@@ -400,7 +404,7 @@ TEST(MovingPoseOfAnyPath, EndsAtTheNewestPoseAndThenRests) {
     for (int64_t tick = 1001; tick < 1400; ++tick) moving.at(tick * kMs);
     EXPECT_TRUE(moving.at_rest()) << int(path);
     EXPECT_EQ(moving.at(1400 * kMs).rotation, last.rotation) << int(path);
-    // The same pose again is no motion.
+    // Adding the same pose again is no motion.
     moving.add(last, 1401 * kMs);
     EXPECT_EQ(moving.at(1401 * kMs).rotation, last.rotation);
     EXPECT_TRUE(moving.at_rest()) << int(path);
@@ -431,14 +435,16 @@ TEST(MovingPoseOfAnyPath, TakesStampsFarInTheFutureAndLateCalls) {
 }
 
 TEST(PaperPath, KeepsThePapersKinkAndNothingWorse) {
-  // Where frames are alternately 11 and 22 ms, a frame's way is done in the estimated 16.7 ms: for
-  // the short ones the velocity is 2/3, and after the short ones it holds. That is Fig. 15's tick.
+  // Where frames take alternately 11 and 22 ms, each frame's motion is played in the estimated 16.7
+  // ms. For the short ones the velocity is 2/3 of the true one, and after them the volume stops.
+  // This is the tick of Fig. 15.
   MovingPose moving(PosePath::kPaper, turning(0.0));
   const Trace trace = follow(moving, turning, alternating, 1.0 / 60, 10.0);
   EXPECT_GT(trace.velocity_step(1000), 0.02);
-  for (size_t k = 1; k < trace.points.size(); ++k)  // C0: no step is longer than the fastest piece
+  // C0: no step is longer than that of the fastest piece.
+  for (size_t k = 1; k < trace.points.size(); ++k)
     ASSERT_LT(glm::length(trace.points[k] - trace.points[k - 1]), 2.0 * 0.05e-3) << k;
-  // With steady frames that are whole haptic frames long there is none.
+  // With steady frames of a whole number of haptic frames there is no tick.
   MovingPose even(PosePath::kPaper, turning(0.0));
   const Trace smooth = follow(even, turning, steady, 0.016, 10.0, 0.016);
   EXPECT_LT(smooth.velocity_step(1000), 2.0 * kExactStep);
@@ -449,8 +455,9 @@ TEST(PaperPath, TakesTheFrameTimeByEquation21) {
   EXPECT_EQ(intervals.inter_quartile_mean_s(), 0.0);
   intervals.add(0.02);
   EXPECT_EQ(intervals.inter_quartile_mean_s(), 0.02);
-  for (int k = 0; k < 30; ++k) intervals.add(9.0);  // long ago
-  // 12 frame times: the three shortest and the three longest do not count.
+  // These are older than the window.
+  for (int k = 0; k < 30; ++k) intervals.add(9.0);
+  // 12 frame times: the three shortest and the three longest are ignored.
   for (const double t : {1.0, 1.0, 1.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 99.0, 99.0, 99.0})
     intervals.add(t);
   EXPECT_NEAR(intervals.inter_quartile_mean_s(), 35.0, 1e-12);
@@ -514,7 +521,8 @@ TEST(PoseCurve, HasTheRatesItWasGivenAtBothEnds) {
       EXPECT_LT(glm::length(a.log_scale - b.log_scale), tolerance) << "seed " << seed;
     };
     expect_near(curve.rate(0.0), start, 1e-12 / h);
-    expect_near(curve.rate(1.0), end, 1e-10 / h);  // near a half turn the Jacobian is up to 1e1
+    // Near half a turn the Jacobian is up to 10.
+    expect_near(curve.rate(1.0), end, 1e-10 / h);
     expect_near(difference(curve.pose(1.0 - 1e-12), to), {}, 1e-10);
     // Numeric derivative: rounding 1e-16 / 2e-6 and truncation (2e-6 / h)^2.
     const double u = random.draw(0.05, 0.95), d = 1e-6;

@@ -1,5 +1,5 @@
-// Oracle: the closed form of a critically damped spring; the limits that the class promises; and
-// class Safety, which says whether a force from this "device" comes through as the scene wants it.
+// Oracles: the closed form of a critically damped spring; the limits that the class documents; and
+// class Safety, which decides whether a force of this "device" is passed as the scene gives it.
 
 #include "module/haptics/position_source.h"
 
@@ -45,8 +45,8 @@ TEST(Follower, NeverIsFasterThanItMayAndHasNoSteps) {
     if (chance(random) < 0.02) target = {across(random), across(random), across(random)};
     const double dt = late(random);
     follower.step(target, dt);
-    // Within a step the pull may turn a velocity by 2 w v dt at most; speeds are held to v at the
-    // step's ends, so the way between is that of v and what the pull adds meanwhile.
+    // Within a step the pull changes a velocity by 2 w v dt at most. Speeds are limited to v at the
+    // ends of the step, so the way is at most that of v and of this change.
     EXPECT_LE(glm::distance(follower.place_m(), place), most * dt * (1.0 + 2.0 * w * dt)) << k;
     EXPECT_LE(glm::length(follower.velocity_m_per_s()), most * (1.0 + 1e-12)) << k;
     EXPECT_LE(glm::distance(follower.velocity_m_per_s(), velocity), 4.0 * w * most * dt) << k;
@@ -88,7 +88,7 @@ TEST(PositionSource, GivesAFreshPlaceForEveryExchange) {
     EXPECT_EQ(reading.time_ns, now);
     EXPECT_EQ(reading.buttons, 1u);
   }
-  // After 60 settling times nothing but rounding is left.
+  // After 60 settling times only rounding is left.
   EXPECT_LE(glm::distance(reading.position_m, {0.01, 0.02, -0.03}), 1e-9);
 }
 
@@ -127,7 +127,8 @@ TEST(PositionSource, IsGoneWhenNobodyHoldsItAndBeginsWhereItIsTakenAgain) {
   EXPECT_EQ(after(1).fault, DeviceFault::kNoHand);
   probe.hold({0.02, 0.0, 0.0}, 1);
   EXPECT_EQ(after(1).fault, DeviceFault::kNone);
-  EXPECT_EQ(after(1).position_m, glm::dvec3(0.02, 0.0, 0.0)) << "there, not on its way there";
+  EXPECT_EQ(after(1).position_m, glm::dvec3(0.02, 0.0, 0.0))
+      << "at the new place, not on the way to it";
   probe.hold({0.03, 0.0, 0.0}, 1);
   const glm::dvec3 last = after(10).position_m;
   probe.let_go();
@@ -144,7 +145,7 @@ TEST(PositionSource, IsMovedByOneThreadAndReadByAnother) {
   std::jthread window([&](std::stop_token stop) {
     for (int k = 0; !stop.stop_requested(); ++k) probe.hold(glm::dvec3(k % 2 ? 0.02 : -0.02), 0);
   });
-  // Only the two places were ever given: what is read lies on the line between them.
+  // The source was given two places only: every reading must be on the line between them.
   for (int64_t k = 0; k < 20000; ++k) {
     const glm::dvec3 at = probe.exchange_at(k * 1'000'000).position_m;
     ASSERT_NEAR(at.x, at.y, 1e-12);
@@ -153,7 +154,7 @@ TEST(PositionSource, IsMovedByOneThreadAndReadByAnother) {
   }
 }
 
-/// Presses by `force_n` for ten minutes without moving, after the start ramp: what is let through.
+/// The force that is passed after ten minutes of `force_n` without motion, after the start ramp.
 double force_after_ten_minutes(double force_n, double scene_most_n) {
   PositionSource probe;
   SafetyOptions options;
@@ -174,9 +175,9 @@ double force_after_ten_minutes(double force_n, double scene_most_n) {
 }
 
 TEST(PositionSource, LetsTheGuardsGiveTheForceThatTheArrowShows) {
-  // As wanted; rounding of the slew's last step only.
+  // The whole force; only the slew's last step rounds.
   EXPECT_NEAR(force_after_ten_minutes(3.0, 4.0), 3.0, 1e-9);
-  // The scene's limit holds, not the device's, and nothing that is not there gets hot.
+  // The scene's limit acts, not a device's; there is no motor that could get hot.
   EXPECT_NEAR(force_after_ten_minutes(50.0, 4.0), 4.0, 1e-9);
   EXPECT_NEAR(force_after_ten_minutes(90.0, 100.0), 90.0, 1e-9);
 }

@@ -7,7 +7,7 @@
 
 namespace palpate::test {
 
-/// Fills every field with random bits, so that some numbers are infinite or none.
+/// Fills every field with random bits, so that some numbers are infinite or NaN.
 struct RandomFields {
   std::mt19937_64& random;
   template <class Value>

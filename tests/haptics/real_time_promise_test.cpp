@@ -1,5 +1,5 @@
-// The promise of the servo thread: after it has started it allocates nothing, takes no lock and
-// writes nothing, whatever scene it runs and whatever is turned meanwhile.
+// What the servo thread guarantees: after its start it allocates nothing, takes no lock and writes
+// nothing, with any scene and any control event.
 #include <gtest/gtest.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -26,7 +26,7 @@ using namespace test;
 
 constexpr int kFrames = 4;
 
-/// Everything at once: a beating volume that turns, ones that a second hand or keys move, one that
+/// All at once: a beating volume that rotates, volumes that a second hand or keys move, one that
 /// stands still; modes of every kind.
 SceneSpec everything() {
   SceneSpec spec = shell_spec(8.0, 0.4, 600.0);
@@ -71,8 +71,8 @@ std::vector<std::shared_ptr<const MovingVolume>> data_for_everything() {
   return {beating, shell(1, 1.0, Made::kSampled, 4.0), beating, shell(1, 1.0), beating};
 }
 
-/// Goes in and out of the scene; now and then it is lost. Keeps nothing, so that it allocates
-/// nothing itself.
+/// Moves in and out of the scene, and reports a fault now and then. Stores nothing, so that it
+/// allocates nothing itself.
 class MovingDevice : public ForceDevice {
  public:
   DeviceInfo info() const override { return Hand::device(); }
@@ -102,7 +102,7 @@ class MovingDevice : public ForceDevice {
   ServoClock* clock_ = nullptr;
 };
 
-/// What a person and a second hand do meanwhile.
+/// Control events of a person and poses of a second hand.
 template <class Send>
 void play(int i, const Send& send) {
   using Kind = ControlEvent::Kind;
@@ -125,7 +125,7 @@ void play(int i, const Send& send) {
   }
 }
 
-/// The compiler may leave out memory that nobody looks at.
+/// Keeps the compiler from removing an allocation that is not used.
 template <class Pointer>
 Pointer kept(Pointer memory) {
   Pointer volatile looked_at = memory;
@@ -181,7 +181,7 @@ TEST_F(RealTimePromise, IsWatchedByAnInterposerThatCatchesEveryKindOfCall) {
   }
   ForbiddenCalls::forget();
   std::free(std::malloc(9));
-  EXPECT_EQ(ForbiddenCalls::counted(), 0) << "a thread that is not watched may";
+  EXPECT_EQ(ForbiddenCalls::counted(), 0) << "a thread that is not watched is not counted";
 }
 
 TEST_F(RealTimePromise, IsKeptByTheLoopWithAWholeSceneRecorderBlackBoxAndNewScenes) {
@@ -189,7 +189,8 @@ TEST_F(RealTimePromise, IsKeptByTheLoopWithAWholeSceneRecorderBlackBoxAndNewScen
   MovingDevice device;
   HapticsOptions options;
   options.safety.start_ramp_s = 0.1;
-  // Some modes of this scene push everywhere: nowhere is the hand as free as the gate asks for.
+  // Some modes of this scene push everywhere, so the force is nowhere as low as the start gate
+  // requires by default.
   options.safety.start_force_n = 2.0;
   SceneTicker ticker(options, device.info());
   const auto data = data_for_everything();
@@ -220,7 +221,7 @@ TEST_F(RealTimePromise, IsKeptByTheLoopWithAWholeSceneRecorderBlackBoxAndNewScen
     ForbiddenCalls::watch_this_thread(false);
     ASSERT_TRUE(goes_on);
     ASSERT_EQ(ForbiddenCalls::counted(), 0)
-        << ForbiddenCalls::first() << " in turn " << i << " of the loop";
+        << ForbiddenCalls::first() << " in period " << i << " of the loop";
     if (ports.outputs[0].get(newest)) held += newest.primitives > 0;
   }
   ports.stop = true;
@@ -231,7 +232,7 @@ TEST_F(RealTimePromise, IsKeptByTheLoopWithAWholeSceneRecorderBlackBoxAndNewScen
     if (!goes_on) break;
   }
   EXPECT_EQ(ForbiddenCalls::counted(), 0) << ForbiddenCalls::first() << " while stopping";
-  EXPECT_TRUE(device.pushed) << "the scene must be felt to prove anything";
+  EXPECT_TRUE(device.pushed) << "the scene must be felt for this test to check anything";
   EXPECT_GT(held, 5000);
   EXPECT_TRUE((*recorder)->finish());
   EXPECT_FALSE(box.files().empty()) << "a recorder with a file passes ticks on, too";
@@ -260,7 +261,7 @@ TEST_F(RealTimePromise, IsKeptByTheThreadItself) {
     if (i % 100 == 99) ticker.offer(*scene);
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  // The thread's own end, after its last tick, is not part of the promise.
+  // The thread's end after its last tick is not covered by the guarantee.
   ForbiddenCalls::count(false);
   (*servo)->stop();
   EXPECT_GE((*servo)->statistics().ticks.load(), 600u);

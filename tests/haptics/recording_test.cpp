@@ -1,5 +1,5 @@
-// Recordings: what was written is read again bit by bit, a replay gives the same bits, and what is
-// not a whole recording is refused with a sentence.
+// Recordings: what was written is read again bit by bit, a replay gives the same bits, and an
+// incomplete or damaged recording is refused with a message.
 #include "module/haptics/recording.h"
 
 #include <gmock/gmock.h>
@@ -32,7 +32,7 @@ class RecordingFile : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  /// n random ticks, in the file; returned as bytes of the ticks alone.
+  /// Writes n random ticks to the file; returns the bytes of the ticks alone.
   std::vector<std::string> write_random(uint64_t seed, int n, uint64_t lost = 0) {
     auto writer = RecordingWriter::create(path_, "heart, frames 4", 1'000'000);
     EXPECT_TRUE(writer) << writer.error().message;
@@ -187,7 +187,7 @@ TEST_F(RecordingFile, HoldsAgainstDamage) {
   }
 }
 
-/// A tick with a memory: what it gives depends on all inputs so far.
+/// A tick with state: its output depends on all inputs so far.
 class Remembering : public Ticker {
  public:
   TickOutput tick(const TickInput& input) noexcept override {
@@ -219,7 +219,7 @@ TEST_F(RecordingFile, OfARunningServoIsReplayedToTheSameBits) {
     reading.position_m.x = double(random()) * 0x1p-32;
     reading.buttons = random() % 4;
   };
-  // fewer than the ring holds: none can be lost, however slow the disk
+  // Fewer ticks than the ring can buffer: none is lost, however slow the disk is.
   constexpr int kTicks = 2000;
   for (int k = 0; k < kTicks; ++k) {
     if (k % 100 == 0) ports.events.push({ControlEvent::Kind::kModeGain, 0, 0.1 * k});
@@ -238,7 +238,7 @@ TEST_F(RecordingFile, OfARunningServoIsReplayedToTheSameBits) {
   EXPECT_EQ(same->ticks, uint64_t(kTicks));
   EXPECT_EQ(same->different, 0u) << "first at tick " << same->first_different << ", "
                                  << same->first_field;
-  // One bit in one field of one tick is noticed, and named.
+  // One changed bit in one field of one tick is detected and named.
   Remembering disturbed;
   disturbed.disturbed_at = 1234;
   const auto other = replay(*recording, disturbed);
@@ -274,7 +274,7 @@ TEST_F(RecordingFile, WithoutAnEndIsCutOff) {
 TEST_F(RecordingFile, CountsWhatTheRingCouldNotHold) {
   auto recorder = TickRecorder::start(path_, "test", 1'000'000);
   ASSERT_TRUE(recorder);
-  // Faster than any disk thread that looks every 20 ms.
+  // Faster than a writer thread that polls every 20 ms.
   for (int k = 0; k < 200'000; ++k) (*recorder)->hear({}, {});
   const uint64_t lost = (*recorder)->lost();
   ASSERT_TRUE((*recorder)->finish());

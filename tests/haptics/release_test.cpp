@@ -1,6 +1,6 @@
-// What held the hand ends: over the edge of a wall, at a hole in it, at the border of the data, or
-// because the values change. Oracle: none is needed; no tick may change the force by more than the
-// hand feels as a release, however the wall ends.
+// A contact ends: over the edge of a wall, at a hole in it, at the border of the data, or because
+// the values change. There is no oracle: no tick may change the force by more than the limit for a
+// release, however the wall ends.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -14,12 +14,15 @@ namespace {
 using namespace test;
 
 constexpr double kMost_n_per_ms = 0.05;
-constexpr double kSpeed_m_per_s = 0.03;  // of the hand, which alone makes 0.018 N per ms
-constexpr double kDeep_m = 3e-3;         // pressed in: 1.8 N
-constexpr double kStart_s = 2.5;         // until the guards have let the force in
-constexpr double kLater_s = 3.2;         // the hand presses by then
+// Of the hand; its motion alone changes the force by 0.018 N per ms.
+constexpr double kSpeed_m_per_s = 0.03;
+// Depth of the hand: 1.8 N.
+constexpr double kDeep_m = 3e-3;
+// By then the guards' start ramp has ended.
+constexpr double kStart_s = 2.5;
+constexpr double kLater_s = 3.2;  // the hand presses by then
 
-/// 1 mm samples of 64 x 64 x 40 mm around the origin of volume space, by a formula there.
+/// 1 mm samples, 64 x 64 x 40 mm around the origin of volume space, from a formula in volume space.
 Volume sampled(const std::function<bool(glm::dvec3)>& is_solid) {
   Volume volume;
   volume.grid.size = {64, 64, 40};
@@ -28,7 +31,7 @@ Volume sampled(const std::function<bool(glm::dvec3)>& is_solid) {
   for (int k = 0; k < volume.grid.size.z; ++k)
     for (int j = 0; j < volume.grid.size.y; ++j)
       for (int i = 0; i < volume.grid.size.x; ++i) {
-        // The share of the sample's own volume that is solid: edges one sample wide.
+        // The share of the sample's own volume that is solid: edges are one sample wide.
         double share = 0.0;
         for (int c = 0; c < 64; ++c) {
           const glm::dvec3 part = (glm::dvec3(c & 3, c >> 2 & 3, c >> 4) - 1.5) * 0.25;
@@ -43,9 +46,12 @@ Volume sampled(const std::function<bool(glm::dvec3)>& is_solid) {
 
 struct Case {
   const char* name;
-  std::function<bool(glm::dvec3)> is_solid;        ///< of the frame at the start, volume space, m
-  std::function<bool(glm::dvec3)> is_solid_later;  ///< kLater_s on; null: as at the start
-  double way_m;                                    ///< that the hand slides along x
+  /// In the frame at the start, volume space, m.
+  std::function<bool(glm::dvec3)> is_solid;
+  /// From kLater_s on; null: as at the start.
+  std::function<bool(glm::dvec3)> is_solid_later;
+  /// How far the hand slides along x.
+  double way_m;
 };
 
 /// A wall below z = 0.

@@ -1,4 +1,4 @@
-// Seeded sequences of garbage: whatever comes in, what goes out keeps its promises.
+// Seeded sequences of invalid input: for any input the output must keep its guarantees.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -30,7 +30,7 @@ glm::dvec3 vector(Random& random, double reach, double chance_of_garbage) {
   return v;
 }
 
-// A scene, a device and a clock that behave for a while and then do not.
+// A scene, a device and a clock that are valid for a while and then not.
 struct Chaos {
   explicit Chaos(uint32_t seed) : random(seed) {}
   void next(SafetyInput& in) {
@@ -44,7 +44,8 @@ struct Chaos {
     const auto happens = [&] { return random.draw(0, 1) < bad; };
     in.wanted_n = vector(random, left % 50 < 10 ? 0.1 : reach, 0.1 * bad);
     if (pushing && left % 50 >= 10)
-      in.wanted_n = 4e3 * push;  // always with the last step: gives all it can
+      // Always along the last step: gives as much energy as it can.
+      in.wanted_n = 4e3 * push;
     in.velocity_m_per_s = vector(random, 2.0, 0.1 * bad);
     const glm::dvec3 step = random.vector(1e-3);
     in.reading.position_m += pushing ? push : step;
@@ -71,7 +72,8 @@ struct Chaos {
 
 SafetyOptions options_of(Random& random) {
   SafetyOptions options;
-  options.start_ramp_s = random.draw(0.001, 0.2);  // so that it is on often
+  // Short, so that the force is on often.
+  options.start_ramp_s = random.draw(0.001, 0.2);
   options.max_force_n = random.draw(1.0, 9.0);
   options.max_slew_n_per_s = random.draw(50.0, 5000.0);
   options.off_ramp_s = random.draw(0.0, 0.05);
@@ -83,7 +85,7 @@ SafetyOptions options_of(Random& random) {
   return options;
 }
 
-// What must bring the force down, said anew from the documentation.
+// The conditions that must bring the force down, written again from the documentation.
 bool is_fault(const SafetyInput& in, const SafetyOptions& options) {
   return in.stop || in.late || !(in.dt_s >= 1e-6 && in.dt_s < options.late_s) ||
          in.reading.fault != DeviceFault::kNone || !is_finite(in.wanted_n) ||
@@ -110,7 +112,7 @@ TEST(Safety, KeepsItsPromisesWhateverComesIn) {
       frames_on += hand.out.state == SafetyState::kOn;
       const double dt = hand.input.dt_s >= 1e-6 ? std::min(hand.input.dt_s, 2e-3) : 1e-3;
       if (is_fault(hand.input, options)) {
-        // In its very frame: falling, or zero.
+        // In the frame of the fault: the force falls, or is zero.
         ASSERT_TRUE(hand.newton() < before || hand.newton() == 0.0) << hand.where();
         ASSERT_TRUE(hand.out.state != SafetyState::kOn && hand.out.state != SafetyState::kRamping &&
                     hand.out.state != SafetyState::kWaiting)
@@ -130,7 +132,8 @@ TEST(Safety, KeepsItsPromisesWhateverComesIn) {
       if (testing::Test::HasFailure()) return;
     }
   }
-  // The runs are worth something: forces were on, faults met them, and the guards had work.
+  // The runs must reach the interesting states: forces were on, faults met them, and the guards
+  // acted.
   EXPECT_GT(frames_on, 20000);
   EXPECT_GT(faults_in_force, 500);
   for (Cause cause :
@@ -156,7 +159,8 @@ TEST(Safety, ComesBackFromAnyGarbage) {
     hand.input.rearm = true;
     hand.step();
     hand.input.rearm = false;
-    hand.steps(30000);  // cools, and the energy gate fills up again
+    // Cools down, and the energy gate refills.
+    hand.steps(30000);
     EXPECT_EQ(hand.out.state, SafetyState::kOn) << seed;
     EXPECT_EQ(hand.out.cause, Cause::kNone) << seed;
     hand.input.wanted_n = {0.1, 0, 0};
@@ -172,7 +176,8 @@ TEST(Safety, GivesTheSameBitsForTheSameInputs) {
     for (int i = 0; i < 3000; ++i) {
       a.next(first.input);
       b.next(second.input);
-      if (i == 1500) {  // a copy is the whole state
+      // A copy has the whole state.
+      if (i == 1500) {
         const Safety copy = second.safety;
         second.safety.step(SafetyInput());
         second.safety = copy;

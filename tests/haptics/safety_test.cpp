@@ -1,5 +1,4 @@
-// Each guard by itself, in closed form; GuardedHand checks finite, magnitude and slew in every
-// frame.
+// Each guard alone, in closed form. GuardedHand checks finite, magnitude and slew in every frame.
 #include "module/haptics/safety.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +29,8 @@ TEST(StartGate, WaitsUntilTheHandIsFree) {
   EXPECT_EQ(hand.out.cause, Cause::kStarting);
   hand.input.wanted_n = {0.1, 0, 0};
   hand.steps(2);
-  hand.input.wanted_n = {0.3, 0, 0};  // two free frames are not three
+  // Two free frames are not enough, three are needed.
+  hand.input.wanted_n = {0.3, 0, 0};
   hand.step();
   hand.input.wanted_n = {0.1, 0, 0};
   hand.steps(2);
@@ -63,7 +63,7 @@ TEST(StartGate, DampsTheHandWhileItRamps) {
   for (int ms = 1; ms <= 1999; ++ms) {
     hand.step();
     const double ramp = 1e-3 * ms / 2.0;
-    // A fifth of 5 N s/m, up over the first tenth of the ramp, then down with it.
+    // A fifth of 5 N s/m: rises over the first tenth of the ramp, then falls with the ramp.
     const double damping = 0.2 * 5.0 * std::min(10.0 * ramp, 1.0) * (1.0 - ramp);
     ASSERT_NEAR(hand.out.force_n.y, -damping * 0.5, kRounding) << ms;
   }
@@ -133,7 +133,8 @@ TEST(Safety, FallsOnAStraightRampFromTheFirstFrameOfEachFault) {
         ASSERT_EQ(hand.newton(), 0.0) << hand.where();
       }
     }
-    // Gone again, but the wall is still there: zero, and the cause stays until the hand is free.
+    // The fault is over, but the hand is still at the wall: the force is zero, and the cause stays
+    // until the hand is free.
     hand.input = well;
     hand.steps(50);
     EXPECT_EQ(hand.newton(), 0.0) << fault.name;
@@ -174,7 +175,8 @@ TEST(Safety, StaysOffWhileTheFaultLastsAndNamesWhatIsInTheWay) {
   hand.input.late = false;
   hand.input.reading.fault = DeviceFault::kUnplugged;
   hand.steps(5);
-  EXPECT_EQ(hand.out.cause, Cause::kLate);  // the first, while it fades
+  // The first cause, while the force fades.
+  EXPECT_EQ(hand.out.cause, Cause::kLate);
   hand.steps(100);
   EXPECT_EQ(hand.out.state, SafetyState::kOff);
   EXPECT_EQ(hand.out.cause, Cause::kDevice);
@@ -198,7 +200,8 @@ TEST(Safety, StaysStoppedUntilRearmed) {
   hand.steps(5000);
   EXPECT_EQ(hand.out.state, SafetyState::kTripped);
   EXPECT_EQ(hand.out.cause, Cause::kStopped);
-  hand.input.stop = hand.input.rearm = true;  // as long as stop is asked for nothing rearms
+  // While stop is set, rearm has no effect.
+  hand.input.stop = hand.input.rearm = true;
   hand.steps(10);
   EXPECT_EQ(hand.out.state, SafetyState::kTripped);
   hand.input.stop = false;
@@ -216,7 +219,7 @@ TEST(Safety, TakesAPositionThatDoesNotComeAnewForAFault) {
   hand.steps(2);
   EXPECT_EQ(hand.out.state, SafetyState::kFading);
   EXPECT_EQ(hand.out.cause, Cause::kDevice);
-  // A device that answers every fourth frame is no fault.
+  // A device that answers in every fourth frame has no fault.
   GuardedHand slow;
   slow.press(2.0);
   for (int i = 0; i < 200; ++i) {
@@ -261,7 +264,8 @@ TEST(Safety, CutsTheForceAndKeepsItsDirection) {
   }
   DeviceInfo weak = test::test_device();
   weak.max_force_n = 1.5;
-  weak.workspace_radius_m = 0.0;  // not known: no edge
+  // Unknown radius: no edge.
+  weak.workspace_radius_m = 0.0;
   GuardedHand hand({}, weak);
   hand.start();
   hand.input.wanted_n = {0, 0, 100};
@@ -275,9 +279,11 @@ TEST(Safety, LetsNoForceStepThrough) {
   hand.input.wanted_n = {3.6, 0, 0};
   for (int i = 1; i <= 2; ++i) {
     hand.step();
-    EXPECT_NEAR(hand.newton(), 1.8 * i, kRounding);  // nine tenths of 2,000 N/s: see Safety
+    // Nine tenths of 2,000 N/s: see Safety.
+    EXPECT_NEAR(hand.newton(), 1.8 * i, kRounding);
   }
-  hand.input.dt_s = 0.004;  // a longer frame, not yet late, gets no more than 2 ms' worth
+  // A longer frame that is not yet late gets at most 2 ms' worth.
+  hand.input.dt_s = 0.004;
   hand.input.wanted_n = {-3.6, 0, 0};
   hand.step();
   EXPECT_NEAR(hand.out.force_n.x, 0.0, kRounding);
@@ -303,7 +309,8 @@ TEST(Safety, SwitchesOffWhenFarTooFastForLong) {
   hand.input.velocity_m_per_s = {3.5, 0.0, 0.0};
   hand.steps(15);
   EXPECT_EQ(hand.out.state, SafetyState::kOn);
-  hand.input.velocity_m_per_s = {0.5, 0.0, 0.0};  // a short jerk is none
+  // A short jerk is no fault.
+  hand.input.velocity_m_per_s = {0.5, 0.0, 0.0};
   hand.steps(30);
   hand.input.velocity_m_per_s = {1e300, 1e300, 0.0};
   hand.steps(22);
@@ -327,7 +334,8 @@ TEST(Safety, FadesWhatPushesOutwardsAtTheEdgeOfTheWorkspace) {
                 kRounding)
         << r;
     EXPECT_EQ(hand.out.cause, left < 1.0 ? Cause::kWorkspaceEdge : Cause::kNone) << r;
-    hand.input.wanted_n = -1.5 * outward + 0.5 * along;  // leads away from the stop
+    // Leads away from the stop.
+    hand.input.wanted_n = -1.5 * outward + 0.5 * along;
     hand.steps(20);
     EXPECT_NEAR(glm::length(hand.out.force_n - hand.input.wanted_n), 0.0, kRounding) << r;
     EXPECT_EQ(hand.out.cause, Cause::kNone) << r;
@@ -346,10 +354,12 @@ TEST(Safety, LetsTheFirstTouchInSlowly) {
   }
   hand.steps(10);
   EXPECT_NEAR(hand.newton(), 3.0, kRounding);
-  hand.input.wanted_n = glm::dvec3(0.0);  // letting go is never slowed
+  // A falling force is never slowed.
+  hand.input.wanted_n = glm::dvec3(0.0);
   hand.steps(2);
   EXPECT_EQ(hand.newton(), 0.0);
-  hand.input.wanted_n = {3.0, 0, 0};  // the same contact: not young any more
+  // The same contact: it is no longer new.
+  hand.input.wanted_n = {3.0, 0, 0};
   hand.steps(2);
   EXPECT_NEAR(hand.newton(), 3.0, kRounding);
 }
@@ -359,7 +369,8 @@ TEST(Safety, TurnsABuzzDownAndTripsIfThatDoesNotHelp) {
   hand.start();
   std::set<Cause> causes;
   for (int i = 0; i < 3000 && hand.out.state != SafetyState::kTripped; ++i) {
-    hand.input.wanted_n = {3.5 * std::sin(0.08 * kTwoPi * i), 0, 0};  // 80 Hz whatever the gain
+    // 80 Hz, not affected by the gain.
+    hand.input.wanted_n = {3.5 * std::sin(0.08 * kTwoPi * i), 0, 0};
     hand.step();
     causes.insert(hand.out.cause);
   }
@@ -383,7 +394,7 @@ TEST(Safety, LowersTheForceOfHotMotorsWithoutAStep) {
   double last = 4.0;
   for (int i = 0; i < 40000; ++i) {
     hand.step();
-    // (16 - 0.8) / 5 s of heat a second, times (4 - 1) N / 0.2: 46 N/s at most.
+    // At most (16 - 0.8) / 5 s of heat per second, times (4 - 1) N / 0.2: 46 N/s.
     ASSERT_NEAR(hand.newton(), last, 0.05) << i;
     last = hand.newton();
   }
@@ -404,13 +415,15 @@ TEST(Safety, GivesTheHandNoMorePowerThanItMay) {
     const glm::dvec3 step(1e-3 * (i % 100 < 50 ? 1.0 : -1.0), 0, 0);
     hand.input.reading.position_m += step;
     hand.input.velocity_m_per_s = step / 1e-3;
-    hand.input.wanted_n = {step.x > 0.0 ? 4.0 : -4.0, 0, 0};  // 4 W, always with the hand
+    // 4 W, always along the motion.
+    hand.input.wanted_n = {step.x > 0.0 ? 4.0 : -4.0, 0, 0};
     given += glm::dot(hand.out.force_n, step);
     hand.step();
     named = named || hand.out.cause == Cause::kEnergy;
     ASSERT_LE(given, 0.5 + 2.0 * 1e-3 * (i + 1) + 1e-9) << i;
   }
-  EXPECT_GT(given, 5.0);  // the limit is used, not just kept
+  // The force reaches the limit.
+  EXPECT_GT(given, 5.0);
   EXPECT_TRUE(named);
 }
 
@@ -446,7 +459,8 @@ TEST(Safety, TakesItsDefaultsForOptionsThatMakeNoSense) {
   }
   bad = SafetyOptions();
   bad.start_frames = -5;
-  bad.off_ramp_s = 1e-9;  // shorter than the slew allows: lengthened
+  // Shorter than the slew limit allows: it is lengthened.
+  bad.off_ramp_s = 1e-9;
   GuardedHand hand(bad);
   hand.press(3.0);
   hand.input.stop = true;

@@ -1,5 +1,5 @@
-// What a whole scene does to the hand, metered. Oracle: the work of the force on the hand, summed
-// here from what comes out, against the tank's own terms.
+// The energy of a whole scene. Oracle: the work of the force on the hand, summed here from the
+// output, compared with the tank's own terms.
 #include <gtest/gtest.h>
 
 #include "tests/haptics/force_steps.h"
@@ -12,18 +12,20 @@ namespace {
 using namespace test;
 
 constexpr double kStiffness = 600.0;
-constexpr double kMost_j = 1e-6;  // the limit
+// The required limit.
+constexpr double kMost_j = 1e-6;
 
 HapticsOptions metered() {
   HapticsOptions options;
   options.lead = false;
   options.tank.capacity_j = 2e-3;
   options.tank.allowance_w = 5e-3;
-  options.tank.dissipated_share = 0.0;  // so that the bound needs nothing of the tank's own books
+  // So that the bound does not depend on the tank's own bookkeeping.
+  options.tank.dissipated_share = 0.0;
   return options;
 }
 
-/// Work on the hand beyond capacity + allowance + what the sampling made.
+/// Work on the hand beyond capacity, allowance and the sampling energy.
 class Books {
  public:
   explicit Books(const HapticsOptions& options) : options_(options) {}
@@ -51,7 +53,7 @@ class Books {
   bool known_ = false;
 };
 
-/// A hand of 0.3 kg, held softly, so that the scene can do work on it.
+/// A hand of 0.3 kg with a soft grip, so that the scene can do work on it.
 class LooseHand {
  public:
   explicit LooseHand(glm::dvec3 rest) : rest_(rest), at(rest) {}
@@ -83,7 +85,7 @@ SceneSpec swinging(double rate_hz, double amplitude_m) {
 TEST(SceneEnergy, OfASwingingVolumeStaysInTheTankAndSlipsWithoutAJump) {
   double worst = -1e300;
   for (const double rate : {1.0, 3.0}) {
-    // Soft, so that there is a slope to stand on wherever the wall slips to.
+    // A soft wall, so that there is a slope at the proxy wherever the wall slips to.
     auto data = std::make_shared<MovingVolume>(*shell(1, 1.0));
     data->frames = {std::make_shared<Ball>(0.025, 0.006)};
     Hand hand(swinging(rate, 0.01), {data}, metered());
@@ -103,10 +105,10 @@ TEST(SceneEnergy, OfASwingingVolumeStaysInTheTankAndSlipsWithoutAJump) {
         "swinging at %.0f Hz: work %.3f mJ, beyond the tank %.3g J, %ld slips, worst step "
         "%.4f N per ms\n",
         rate, 1e3 * books.work_j, books.beyond_j, long(ledger.slips), books.steps.worst_n());
-    EXPECT_GT(ledger.slips, 10) << "the tank must run empty to prove anything";
+    EXPECT_GT(ledger.slips, 10) << "the tank must run empty for this test to check anything";
     EXPECT_LE(books.beyond_j, kMost_j);
     worst = std::max(worst, books.beyond_j);
-    // No more than wall and hand move in a frame.
+    // The force step is at most that of the motion of wall and hand in a frame.
     const double wall = 2.0 * std::numbers::pi * rate * 0.01 * 1e-3;
     EXPECT_LE(books.steps.worst_n(), kStiffness * (wall + most_moved) * 1.01);
   }

@@ -1,4 +1,4 @@
-// Scenes with something wrong in them: numbers that are none, nothing to feel, data out of reach.
+// Faulty scenes: NaN in the data or the motion, nothing to feel, data out of reach.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -13,8 +13,10 @@ namespace {
 using namespace test;
 
 constexpr double kFaultStiffness = 600.0;
-constexpr double kStep_n = 0.02;           // N per ms, of a hand that holds still
-constexpr double kFaultFadeStep_n = 0.05;  // N per ms, where what is felt can not be known
+// N per ms, for a hand that holds still.
+constexpr double kStep_n = 0.02;
+// N per ms, where the force can not be determined.
+constexpr double kFaultFadeStep_n = 0.05;
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
 bool is_finite(glm::dvec3 v) {
@@ -85,7 +87,7 @@ TEST(SceneFaults, DataThatAreNoNumbersFadeWhereTheHandComesToThem) {
     SceneSpec spec = shell_spec(6.0, 0.2, kFaultStiffness);
     spec.modes[0].kind = kind;
     if (spec.modes[0].kind != "surface") spec.modes[0].strength = TransferFunction::constant(1.0);
-    // So soft that the force changes by less than the spring does over its own reach.
+    // So soft that the force changes more slowly along the way than the spring's.
     spec.modes[0].gain = 7e-6;
     auto data = half_ball(0.004);
     data->frames = {std::make_shared<HalfBall>(0.004, 0.004)};
@@ -94,7 +96,7 @@ TEST(SceneFaults, DataThatAreNoNumbersFadeWhereTheHandComesToThem) {
     for (int i = 0; i < 500; ++i) hand.to({0.04 - 0.018 * i / 500.0, 0.0, 0.0});
     ForceSteps steps;
     bool told = false;
-    // Up along the ball at 10 mm/s, over the border.
+    // Up along the ball at 10 mm/s, across the border of the finite values.
     for (int i = 0; i < 1500; ++i) {
       const TickOutput out = hand.to({0.022, 1e-5 * i, 0.0});
       ASSERT_TRUE(is_finite(out.wanted_n) && is_finite(out.proxy_m) &&
@@ -105,12 +107,12 @@ TEST(SceneFaults, DataThatAreNoNumbersFadeWhereTheHandComesToThem) {
     }
     EXPECT_TRUE(told) << kind;
     EXPECT_LE(glm::length(steps.last_n()), 1e-9) << kind << ": nothing is there to be felt";
-    // The hand's own way, 10 um, is 0.006 N of it.
+    // The hand's own motion, 10 um per tick, is 0.006 N of it.
     EXPECT_LE(steps.worst_n(), kFaultFadeStep_n + 0.006) << kind;
   }
 }
 
-/// A plane at y = 0, and a force along y, whose strength and place are what the test says.
+/// A plane at y = 0, and a force along y, with the strength and the place that the test sets.
 class Plate final : public Mode {
  public:
   static inline double strength_n = 2.0, height_m = 0.0;
@@ -158,7 +160,7 @@ TEST(SceneFaults, PrimitivesThatAreNotFiniteAreNotPlaced) {
       ASSERT_TRUE(is_finite(out.wanted_n) && is_finite(out.proxy_m)) << "tick " << k;
       steps.add(out);
     }
-    // Of a plate whose height alone is wrong the force along y stays.
+    // With only the height invalid, the force along y stays.
     const double rest_n = strength_n == 2.0 ? 0.5 : 0.0;
     EXPECT_NEAR(steps.last_n().y, rest_n, 0.01);
     EXPECT_LE(steps.worst_n(), kFaultFadeStep_n);
@@ -167,7 +169,7 @@ TEST(SceneFaults, PrimitivesThatAreNotFiniteAreNotPlaced) {
 
 TEST(SceneFaults, FieldsAndDataSwappedForSomeThatAreNoNumbersFade) {
   const glm::dvec3 at(0.02, 0.01, 0.0);
-  // The data.
+  // Invalid data.
   {
     Hand hand(shell_spec(6.0, 0.2, kFaultStiffness), {shell(1, 1.0)});
     for (int i = 0; i < 300; ++i) hand.to(at * (1.5 - 0.5 * i / 300.0));
@@ -186,7 +188,7 @@ TEST(SceneFaults, FieldsAndDataSwappedForSomeThatAreNoNumbersFade) {
     EXPECT_EQ(steps.last_n(), glm::dvec3(0.0));
     EXPECT_LE(steps.worst_n(), kStep_n);
   }
-  // The motion.
+  // Invalid motion.
   {
     const auto good = shell(4, 1.0, Made::kAnalytic, 4.0);
     Hand hand(shell_spec(20.0, 0.2, kFaultStiffness), {good});

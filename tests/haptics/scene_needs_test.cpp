@@ -1,5 +1,5 @@
-// No more than the scene needs: what a tick calls, counted at the borders of the parts (the linker
-// passes every call through here: see CMakeLists.txt).
+// A tick calls no more than the scene needs. Calls between the parts are counted (the linker sends
+// each of them through this file: see CMakeLists.txt).
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -68,7 +68,7 @@ namespace {
 
 using namespace test;
 
-/// What 1,000 ticks call with the hand in contact.
+/// The calls in 1,000 ticks with the hand in contact.
 Calls called(const SceneSpec& spec, std::vector<std::shared_ptr<const MovingVolume>> data) {
   Hand hand(spec, std::move(data));
   for (int i = 0; i < 500; ++i) hand.to({0.045 - 0.022 * i / 500.0, 0.0, 0.0});
@@ -115,7 +115,7 @@ TEST(SceneNeeds, OfABeatingVolumeAreItsPhaseAndItsFieldAndNoPose) {
 }
 
 TEST(SceneNeeds, OfVolumesThatNoModeReadsAreNoFieldAndNoBackTracking) {
-  // The beating volume is in the scene, but nothing of it is felt.
+  // The beating volume is in the scene, but no mode reads it.
   SceneSpec spec = shell_spec(50.0, 0.3, 600.0);
   spec.volumes.push_back(spec.volumes[0]);
   spec.volumes[1].name = "only to be seen";
@@ -139,7 +139,7 @@ TEST(SceneNeeds, OfModesOfOneMotionAreOneCarrier) {
   EXPECT_LE(four.back_tracks, 2 * one.back_tracks) << "the point is followed once for all of them";
 }
 
-// What text() says of the scenes above is what was counted in them.
+// text() describes the scenes above; it must agree with the counted calls.
 
 std::string said_of(const SceneSpec& spec, std::vector<std::shared_ptr<const MovingVolume>> data) {
   const auto scene = plan(spec, std::move(data));

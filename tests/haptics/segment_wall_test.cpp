@@ -1,5 +1,4 @@
-// Walls of segments: how stiff they are, and what happens behind them. Oracle: two springs one
-// after the other.
+// Walls of segments: their stiffness, and the force behind them. Oracle: two springs in series.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,15 +13,16 @@ namespace {
 using namespace test;
 using ::testing::HasSubstr;
 
-constexpr double kSpring = 600.0;     // N/m, of the scene
-constexpr double kWallStart_s = 2.5;  // until the guards have let the force in
+constexpr double kSpring = 600.0;  // N/m, of the scene
+// By then the guards' start ramp has ended.
+constexpr double kWallStart_s = 2.5;
 
-/// A slab from z = 0 down to -thick_mm of volume space, far beyond the hand's way along x and y, as
-/// a segment of a volume whose values say nothing.
+/// A slab from z = 0 down to -thick_mm of volume space, far wider than the hand's way along x and
+/// y, as a segment of a volume whose values are not used.
 std::shared_ptr<const MovingVolume> slab(double thick_mm) {
   Mask mask;
   mask.grid.size = {60, 60, 60};
-  // Volume space's z is - y of the patient; 0 lies between two samples.
+  // Volume space's z is -y of the patient; z = 0 is in the middle between two samples.
   mask.grid.origin_mm = {-29.5, -9.5, -29.5};
   mask.values.resize(mask.grid.count());
   for (int k = 0; k < 60; ++k)
@@ -59,7 +59,7 @@ SegmentSpec a_wall(double strength_n, double stiffness_n_per_m) {
   return wall;
 }
 
-/// The force's z when the hand has come to rest at a depth.
+/// z of the force after the hand has come to rest at a depth.
 double pressed_n(Hand& hand, double& at_m, double depth_m) {
   TickOutput out;
   while (at_m > -depth_m) out = hand.to({0.0, 0.0, at_m = std::max(at_m - 1e-5, -depth_m)});
@@ -78,7 +78,8 @@ TEST(SegmentWall, IsASpringInSeriesWithTheScenes) {
       const double both = kSpring * stiffness / (kSpring + stiffness);
       for (const double depth_m : {0.5e-3, 1e-3, 2e-3, 3e-3}) {
         const double wanted = std::min(2.0, both * depth_m);
-        // The Gaussian leaves a plane as it is; contact is found to 0.2 um, the proxy within some.
+        // The Gaussian does not move a plane; contact is found to 0.2 um, the proxy to within a
+        // few.
         EXPECT_NEAR(pressed_n(hand, at_m, depth_m), wanted, 0.01 + 0.01 * wanted)
             << stiffness << " N/m at " << depth_m << " m, scale " << scale;
       }
@@ -89,7 +90,7 @@ TEST(SegmentWall, ResistsAsTissueBehindItsSurface) {
   Hand hand(slab_scene(a_wall(1.5, 1000.0)), {slab(25.0)});
   double at_m = 0.003;
   for (int wait = 0; wait < int(1e3 * kWallStart_s); ++wait) hand.to({0.0, 0.0, at_m});
-  // Through the surface at 1.5 N, and on through what is behind it.
+  // Through the surface at 1.5 N, and further through the slab.
   for (const double depth_m : {5e-3, 8e-3, 11e-3})
     EXPECT_NEAR(pressed_n(hand, at_m, depth_m), 1.5, 0.02) << depth_m;
 }
@@ -104,7 +105,7 @@ TEST(SegmentWall, LetsTheHandThroughAndOutWithoutAJump) {
       double most_n = 0.0;
       glm::dvec3 probe(0.0, 0.0, 0.003);
       for (int wait = 0; wait < int(1e3 * kWallStart_s); ++wait) steps.add(hand.to(probe));
-      // 0.03 m/s alone make 0.018 N per ms: in, through, out behind, and back again.
+      // 0.03 m/s alone give 0.018 N per ms: in, through, out behind, and back again.
       for (const double to : {-0.022, 0.012})
         while (probe.z != to) {
           probe.z = to < probe.z ? std::max(to, probe.z - 3e-5) : std::min(to, probe.z + 3e-5);
@@ -125,7 +126,7 @@ TEST(SegmentWall, IsAModeOfItsOwnUnlessAWrittenOneReadsIt) {
   ASSERT_EQ(modes.size(), 1U);
   EXPECT_EQ(modes[0].name, "wall");
   EXPECT_EQ(modes[0].segment, "wall");
-  // 2 N at 500 N/m are 4 mm of the world: 8 mm of the data.
+  // 2 N at 500 N/m are 4 mm of the world, which are 8 mm of the data.
   EXPECT_DOUBLE_EQ(modes[0].strength(4.0), 1.0);
   EXPECT_DOUBLE_EQ(modes[0].strength(20.0), 2.0);
   EXPECT_EQ(modes[0].strength(-0.1), 0.0);

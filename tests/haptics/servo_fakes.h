@@ -11,7 +11,7 @@
 
 namespace palpate::test {
 
-/// A clock that goes on only when it is told to, or when someone sleeps on it.
+/// A clock that advances only when a test sets it, or when the loop sleeps on it.
 class FakeClock : public ServoClock {
  public:
   int64_t now_ns() noexcept override { return now; }
@@ -23,7 +23,7 @@ class FakeClock : public ServoClock {
   int64_t oversleep_ns = 0;  ///< the next sleep is longer by this
 };
 
-/// A device that keeps every force it got and takes a given time to answer.
+/// A device that stores every force that it gets and takes a given time to answer.
 class FakeDevice : public ForceDevice {
  public:
   explicit FakeDevice(FakeClock& clock) : clock_(clock) {}
@@ -48,8 +48,8 @@ class FakeDevice : public ForceDevice {
   FakeClock& clock_;
 };
 
-/// A tick that gives the force it is told to, and goes to zero in 20 equal steps when asked to
-/// stop.
+/// A tick that gives the force that the test sets, and brings it to zero in 20 equal steps after a
+/// request to stop.
 class FakeTicker : public Ticker {
  public:
   TickOutput tick(const TickInput& input) noexcept override {

@@ -1,5 +1,5 @@
-// The servo loop step by step: with a clock, a device and a tick that do what the test says. The
-// oracle is arithmetic on the fake clock's nanoseconds.
+// The servo loop step by step, with a clock, a device and a tick that the test controls. The oracle
+// is arithmetic on the fake clock's nanoseconds.
 #include "module/haptics/servo_loop.h"
 
 #include <gmock/gmock.h>
@@ -39,7 +39,8 @@ LoopOptions with(Exchanges exchanges) {
 TEST(ServoLoop, TicksOncePerPeriodOnAbsoluteDeadlines) {
   LoopBench bench(with(Exchanges::kOnce));
   const int64_t start = bench.clock.now;
-  bench.device.takes_ns = 300'000;  // work must not stretch the period
+  // The time of the exchange must not lengthen the period.
+  bench.device.takes_ns = 300'000;
   bench.run_periods(1000);
   ASSERT_EQ(bench.device.times_ns.size(), 1000u);
   for (int k = 0; k < 1000; ++k) {
@@ -58,7 +59,7 @@ TEST(ServoLoop, SendsAForceOneRoundTripAfterItsPositionWhenItExchangesTwice) {
   ASSERT_EQ(bench.device.times_ns.size(), 20u);
   for (int k = 0; k < 10; ++k)
     EXPECT_EQ(bench.device.times_ns[2 * k + 1] - bench.device.times_ns[2 * k], 200'000) << k;
-  // The first exchange of a period repeats the force that acts; the second brings the new one.
+  // The first exchange of a period repeats the present force; the second sends the new one.
   EXPECT_EQ(bench.device.forces[0], glm::dvec3(0.0));
   for (int k = 1; k < 20; ++k) EXPECT_EQ(bench.device.forces[k], bench.ticker.force_n) << k;
 }
@@ -67,7 +68,8 @@ TEST(ServoLoop, ChoosesTwoExchangesForAFastDeviceAndOneForASlowOne) {
   LoopBench fast;
   fast.device.takes_ns = 390'000;
   fast.run_periods(64);
-  EXPECT_EQ(fast.device.forces.size(), 65u);  // the 64th answer decides, for its own period too
+  // The 64th answer decides, also for its own period.
+  EXPECT_EQ(fast.device.forces.size(), 65u);
   fast.run_periods(10);
   EXPECT_EQ(fast.device.forces.size(), 65u + 20u);
   EXPECT_TRUE(fast.ports.statistics.twice.load());
@@ -140,7 +142,8 @@ TEST(ServoLoop, BlamesALongTickOrALongAnswerForTheMissThatFollows) {
   bench.ticker.on_tick = [&](const TickInput&) { bench.clock.now += 3 * kMs_ns; };
   bench.run_periods(1);
   bench.ticker.on_tick = nullptr;
-  EXPECT_EQ(bench.ports.statistics.all_misses(), 0u);  // it is the next one that begins too late
+  // The next period is the one that begins too late.
+  EXPECT_EQ(bench.ports.statistics.all_misses(), 0u);
   bench.run_periods(3);
   EXPECT_EQ(bench.misses(MissCause::kTickLong), 1u);
 
@@ -157,7 +160,7 @@ TEST(ServoLoop, RunsBackToBackWithADeviceThatNeedsMoreThanThePeriod) {
   bench.device.takes_ns = 1'300'000;
   const int64_t start = bench.clock.now;
   bench.run_periods(100);
-  // One period of waiting at the start, then nothing but answers.
+  // One period of waiting at the start, then only the exchanges.
   EXPECT_EQ(bench.clock.now - start, kMs_ns + 100 * 1'300'000);
 }
 
@@ -171,7 +174,8 @@ TEST(ServoLoop, SurvivesAClockThatGoesBackByAnHour) {
   bench.run_periods(5);
   EXPECT_LE(bench.clock.now, jumped_to + 6 * kMs_ns);  // it did not sleep for the hour
   EXPECT_EQ(bench.misses(MissCause::kClock), 1u);
-  EXPECT_LT(bench.ticker.inputs[6].dt_s, 0.0);  // told as it is: the tick knows what to do
+  // The negative interval is passed on; the tick handles it.
+  EXPECT_LT(bench.ticker.inputs[6].dt_s, 0.0);
   EXPECT_DOUBLE_EQ(bench.ticker.inputs[7].dt_s, 1e-3);
 }
 
@@ -228,7 +232,7 @@ TEST(ServoLoop, StopsOnceTheDeviceHadZeroThreeTimes) {
       EXPECT_EQ(forces[k], glm::dvec3(0.0));
     EXPECT_TRUE(bench.ports.at_rest.load());
     EXPECT_GE(periods, 19);
-    // The tick's ramp has 20 equal steps: nothing was skipped on the way.
+    // The tick's ramp has 20 equal steps: none was skipped.
     for (size_t k = 1; k < forces.size(); ++k)
       ASSERT_LE(forces[k - 1].y - forces[k].y, 2.0 / 20.0 + 1e-12) << k;
   }
@@ -241,7 +245,7 @@ TEST(ServoLoop, RampsByItselfWhenTheTickDoesNotObeyTheStop) {
   bench.ports.stop = true;
   int periods = 0;
   while (bench.loop.run_period()) ASSERT_LT(++periods, 1000);
-  // 500 ms for the tick, 20 ms of ramp, and the three zeros.
+  // 500 ms for the tick, 20 ms of the loop's ramp, and three zero forces.
   EXPECT_NEAR(periods, 525, 3);
   const auto& forces = bench.device.forces;
   EXPECT_EQ(forces.back(), glm::dvec3(0.0));
@@ -273,7 +277,7 @@ TEST(ServoLoop, RampsAForceThatIsNoNumberToZeroAndBelievesTheTickAgainAtZero) {
   }
   bench.ticker.force_n.y = 2.0;
   bench.run_periods(5);
-  EXPECT_EQ(bench.device.forces.back(), glm::dvec3(0.0)) << "no step from nothing to everything";
+  EXPECT_EQ(bench.device.forces.back(), glm::dvec3(0.0)) << "no step from zero to the full force";
   bench.ticker.force_n.y = 0.0;
   bench.run_periods(2);
   bench.ticker.force_n.y = 1.0;

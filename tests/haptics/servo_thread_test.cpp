@@ -1,4 +1,4 @@
-// The real thread with the real clock. Nothing here asks how long anything took.
+// The real thread with the real clock. No test here measures time: the machine may be busy.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-/// Keeps the forces it got; read after the servo thread has ended.
+/// Stores the forces that it got; read after the servo thread has ended.
 class KeepingDevice : public ForceDevice {
  public:
   KeepingDevice() { forces_n.reserve(1'000'000); }
@@ -46,7 +46,7 @@ ServoOptions ordinary() {
   return options;
 }
 
-/// Waits until `holds`; the limit only keeps a broken loop from hanging the test.
+/// Waits until `holds` is true. The limit only ends the wait for a loop that hangs.
 template <class Condition>
 bool eventually(Condition holds) {
   for (int k = 0; k < 30'000 && !holds(); ++k)

@@ -2,7 +2,7 @@
 
 #include "tests/lab/stability/shell.h"
 
-/// The beating shell and the hand on it, under the tests' own name.
+/// Makes the beating shell and the hand on it available in the tests' namespace.
 namespace palpate::test {
 
 using stability::Ball;

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-// The mode that the documentation shows, as a user would write it.
+// The example mode of the documentation, used as a user would.
 TEST(SnapMode, HoldsTheHandOnTheIsoSurfaceFromBothSides) {
   ModeKinds kinds;
   add_snap(kinds);
@@ -28,7 +28,7 @@ TEST(SnapMode, HoldsTheHandOnTheIsoSurfaceFromBothSides) {
       input.reading.position_m = {probe, 0.0, 0.0};
       out = haptics.tick(input);
     }
-    // The foot is found with the local slope: after a few frames it is the surface itself.
+    // The foot point is found with the local slope: after a few frames it is on the surface.
     EXPECT_NEAR(out.proxy_m.x, 1e-3 * test::kOuterMm, 5e-6) << probe;
     EXPECT_GT(glm::length(out.wanted_n), 0.2);
   }

@@ -1,4 +1,4 @@
-// Oracle: motions whose place at any time is known.
+// Oracle: motions whose place at any time is given by a formula.
 #include "module/haptics/snapshot_ahead.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ SceneSnapshot snapshot_at(int64_t ns, const Transform& place) {
   return snapshot;
 }
 
-/// Drawn along, turned and growing, all evenly.
+/// Translates, rotates and grows at constant rates.
 Transform moving(double t) {
   Transform place;
   place.translation_m = glm::dvec3(0.1, -0.2, 0.3) + t * glm::dvec3(0.2, 0.1, -0.3);
@@ -34,7 +34,7 @@ TEST(SnapshotAhead, MeetsAnEvenMotionAtTheTimeOfDisplay) {
     if (k < 1) continue;
     const Transform expected = moving(1e-9 * double(now_ns + 25'000'000));
     const Transform& found = then.volumes[0].world_from_volume;
-    // Rounding of differences over 11 ms, 2.3 times enlarged.
+    // Rounding of differences over 11 ms, multiplied by 2.3.
     EXPECT_LE(glm::distance(found.translation_m, expected.translation_m), 1e-12) << k;
     EXPECT_LE(1.0 - std::abs(glm::dot(found.rotation, expected.rotation)), 1e-12) << k;
     EXPECT_LE(std::abs(found.scale.x - expected.scale.x), 1e-12) << k;
@@ -56,11 +56,11 @@ TEST(SnapshotAhead, LeavesWhatStandsStillToTheBit) {
 TEST(SnapshotAhead, DoesNotGuessFarOrFromLongAgo) {
   SnapshotAhead ahead;
   ahead.at(snapshot_at(1'000'000'000, moving(1.0)), 1'000'000'000);
-  // Two seconds later nothing is known of its speed.
+  // After two seconds without a snapshot the speed is unknown.
   EXPECT_EQ(
       ahead.at(snapshot_at(3'000'000'000, moving(3.0)), 3'020'000'000).volumes[0].world_from_volume,
       moving(3.0));
-  // Then it is; a display that is a second away is taken for one at 50 ms.
+  // With the next one it is known. A display time one second ahead is limited to 50 ms ahead.
   const Transform found = ahead.at(snapshot_at(3'010'000'000, moving(3.01)), 4'000'000'000)
                               .volumes[0]
                               .world_from_volume;

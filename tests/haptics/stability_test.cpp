@@ -1,5 +1,6 @@
-// A seeded part of the grid that `palpate-lab feel stability` runs whole. The oracle is the physics
-// alone: what the mass does after the loop without rounding would long be at rest.
+// A seeded part of the grid that `palpate-lab feel stability` runs as a whole. The oracle is the
+// physics alone: the motion of the mass after the time in which the loop without rounding would
+// come to rest.
 #include <gtest/gtest.h>
 
 #include "module/haptics/delay_lead.h"
@@ -26,7 +27,7 @@ TEST(Stability, HasNoLimitCycleWithTheLeadUpToTheLimit) {
 }
 
 TEST(Stability, FindsTheLimitCyclesThatThePlainLoopHas) {
-  // 36 % of a larger sample; a criterion that saw none would prove nothing above.
+  // 36 % of a larger sample. This shows that the criterion does find limit cycles.
   EXPECT_GT(limit_cycles(60, 0.98, 0.0), 10);
 }
 
@@ -35,8 +36,7 @@ TEST(Stability, FindsThatThePlainLoopIsStableWellBelowTheLimit) {
 }
 
 TEST(Stability, AgreesWithTheFormulaWhereNothingIsRounded) {
-  // Without a hand, with an exact encoder: b / (T/2 + delay) within 6 %, as facts/haptics.md has
-  // it.
+  // Without a hand, with an exact encoder: the limit is b / (T/2 + delay) within 6 %.
   for (const double damping : {0.5, 2.0, 5.0}) {
     for (const double delay_s : {0.0, 1e-3, 2.4e-3}) {
       StabilityCase at;
@@ -45,7 +45,8 @@ TEST(Stability, AgreesWithTheFormulaWhereNothingIsRounded) {
       const double limit = stable_stiffness(damping, 1e-3, delay_s);
       at.stiffness_n_per_m = 0.94 * limit;
       EXPECT_FALSE(run_stability(at, 0.0).limit_cycle) << damping << " " << delay_s;
-      // With more damping the loop holds a little longer than the formula says: it only promises.
+      // With more damping the loop is stable somewhat beyond the formula, which is only a
+      // sufficient condition.
       at.stiffness_n_per_m = (damping < 1.0 ? 1.06 : 1.25) * limit;
       EXPECT_TRUE(run_stability(at, 0.0).limit_cycle) << damping << " " << delay_s;
     }
@@ -53,9 +54,9 @@ TEST(Stability, AgreesWithTheFormulaWhereNothingIsRounded) {
 }
 
 TEST(Stability, DoesNotHitHarderWithTheLead) {
-  // What sampling and delay add to an impact, the lead takes away in part. Without rounding, so
-  // that no count falls differently; without firm and springy hands, whose press is more than the
-  // impact.
+  // The lead removes a part of what sampling and delay add to an impact. Without rounding, so that
+  // both runs have the same encoder counts; without firm and springy hands, whose press is larger
+  // than the impact.
   int seen = 0;
   for (uint32_t seed = 0; seed < 200; ++seed) {
     StabilityCase at = stability_case(seed, 0.7);
@@ -64,7 +65,8 @@ TEST(Stability, DoesNotHitHarderWithTheLead) {
     const double plain = run_stability(at, 0.0).largest_n;
     const double led = run_stability(at, DelayLead::kShare).largest_n;
     EXPECT_LE(led, plain) << "seed " << seed;
-    EXPECT_GT(led, 0.8 * plain) << "seed " << seed;  // and the wall is still the wall
+    // And the wall stays as stiff.
+    EXPECT_GT(led, 0.8 * plain) << "seed " << seed;
     ++seen;
   }
   EXPECT_GT(seen, 80);

@@ -19,7 +19,8 @@ TEST(Histogram, PutsEveryTimeIntoTheBinThatEndsAtOrAboveIt) {
     ASSERT_GT(last, before) << bin;
     ASSERT_EQ(Histogram::bin_of(before + 1), bin);
     ASSERT_EQ(Histogram::bin_of(last), bin);
-    // A bin is at most a 64th of its own times wide: what is read is right within 1.6 %.
+    // The width of a bin is at most a 64th of its times: a value read from it is right within 1.6
+    // %.
     ASSERT_LE(double(last - before - 1), double(before + 1) / 64.0) << bin;
     before = last;
   }

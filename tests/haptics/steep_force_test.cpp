@@ -1,5 +1,5 @@
-// Forces of the data that change faster along the way than the spring's own: the proxy comes to
-// rest where they balance, tick after tick.
+// Forces from the data that change faster along the way than the spring's: the proxy comes to rest
+// where they balance, in every tick.
 #include <gtest/gtest.h>
 
 #include "tests/haptics/shell_scene.h"
@@ -10,9 +10,10 @@ namespace {
 using namespace test;
 
 constexpr double kSteepStiffness = 600.0;
-constexpr double kMost_n = 4.0;  // what a force mode pushes with at most
+// The largest force of a force mode.
+constexpr double kMost_n = 4.0;
 
-/// The force is f = slope x per axis: with a negative slope a well, whatever its steepness.
+/// The force is f = slope x per axis. With a negative slope it is a well, however steep.
 class Well final : public FrameData {
  public:
   explicit Well(glm::dvec3 slope_n_per_m) : slope_(slope_n_per_m) {}
@@ -31,7 +32,8 @@ class Well final : public FrameData {
   glm::dvec3 slope_;
 };
 
-/// Pushes with kMost_n towards the plane x = 0 from both sides; between, over a tenth of a voxel.
+/// Pushes with kMost_n towards the plane x = 0 from both sides; the change takes a tenth of a
+/// voxel.
 class Gutter final : public FrameData {
  public:
   bool is_vector() const noexcept override { return true; }
@@ -73,8 +75,8 @@ TEST(SteepForce, OfAWellBalancesTheSpringWhateverItsSteepness) {
     ASSERT_LT(glm::length(force), kMost_n);
     for (int tick = 0; tick < 60; ++tick) {
       const glm::dvec3 wanted = hand.to(hand_at).wanted_n;
-      // Within ten frames, and from then on without a hum: shorter moves than half a micrometre are
-      // taken as they are, and what such a move changes is at most slope times as much.
+      // At rest within ten frames, and then without vibration. Moves shorter than half a micrometre
+      // are not corrected; such a move changes the force by slope times its length at most.
       const double rest = 0.5e-6 * std::max({slope.x, slope.y, slope.z, kSteepStiffness, -slope.x,
                                              -slope.y, -slope.z});
       if (tick >= 10) {
@@ -107,12 +109,12 @@ TEST(SteepForce, HoldsTheHandInAGutterOfATenthOfAVoxelWithoutAHum) {
   glm::dvec3 before(0.0);
   double hum = 0.0;
   for (int tick = 0; tick < 400; ++tick) {
-    // 4 mm to the side of it: 2.4 N of the spring, which the gutter can hold.
+    // 4 mm to the side of the plane: 2.4 N of the spring, which the gutter can hold.
     const double x = std::min(4e-3, 2e-5 * tick);
     const glm::dvec3 wanted = hand.to({x, 0.0, 0.0}).wanted_n;
     if (tick > 210) {
       hum = std::max(hum, glm::distance(wanted, before));
-      // The proxy rests where tanh gives 0.6: 0.035 mm beside the middle.
+      // The proxy is at rest where tanh gives 0.6: 0.035 mm beside the middle.
       const double proxy = 0.05e-3 * std::atanh(kSteepStiffness * (4e-3 - 0.035e-3) / kMost_n);
       EXPECT_NEAR(wanted.x, -kSteepStiffness * (4e-3 - proxy), 0.03) << "tick " << tick;
     }

@@ -1,5 +1,5 @@
-// What a person turns while the hand is in contact: switches, strengths, stiffness, whole scenes.
-// Oracle: a hand that holds still feels no step, whatever is turned.
+// Changes by a person while the hand is in contact: switches, strengths, stiffness, whole scenes.
+// Oracle: a hand that holds still feels no step.
 #include <gtest/gtest.h>
 
 #include "tests/haptics/force_steps.h"
@@ -11,7 +11,7 @@ namespace {
 using namespace test;
 
 constexpr double kSwitchStiffness = 600.0;
-// N per ms: the limit of the issue. A hand does not notice a ramp of 20 N/s as an event.
+// N per ms: the required limit. A hand does not notice a ramp of 20 N/s as an event.
 constexpr double kStep_n = 0.02;
 
 /// A hand that has come in from outside and holds still, 2.5 mm deep: 1.5 N.
@@ -58,7 +58,7 @@ TEST(Switching, OfASurfaceIsARampHoweverStrongItIs) {
     EXPECT_LE(off.worst_step_n, kStep_n) << "strength " << strength << " N, off";
     const Turned on = turn(hand, event(Kind::kModeOn, 0, 1.0));
     EXPECT_LE(on.worst_step_n, kStep_n) << "strength " << strength << " N, on";
-    // It holds again where the hand is now.
+    // The wall is felt again from the hand's present place.
     ForceSteps deeper;
     for (int i = 0; i < 200; ++i) deeper.add(hand.to(kHeld * (1.0 - 4e-4 * i)));
     EXPECT_GT(glm::length(deeper.last_n()), 0.9);
@@ -67,7 +67,7 @@ TEST(Switching, OfASurfaceIsARampHoweverStrongItIs) {
   }
 }
 
-/// A force that pushes by itself, everywhere.
+/// A force mode, which pushes everywhere.
 SceneSpec pushing() {
   SceneSpec spec = shell_spec(0.0, 0.0, kSwitchStiffness);
   spec.modes[0].kind = "gradient-force";
@@ -109,7 +109,7 @@ TEST(Switching, OfStrengthAndStiffnessIsARamp) {
   }
 }
 
-/// Hands another scene over while the hand holds still, and waits.
+/// Exchanges the scene while the hand holds still, and waits.
 Turned change(Hand& hand, const SceneSpec& spec,
               std::vector<std::shared_ptr<const MovingVolume>> data, int ticks = 2000) {
   ForceSteps steps;
@@ -183,7 +183,7 @@ TEST(NewScene, ThatIsNoneLetsTheForceFadeAndTheNextOneStartsAtTheHand) {
   ASSERT_TRUE(before);
   for (int i = 0; i < 1000; ++i) steps.add(hand.to(kHeld));
   EXPECT_EQ(steps.last_n(), glm::dvec3(0.0));
-  // Somewhere else by now: no force may be left of where the proxy was.
+  // By now the hand is somewhere else: no force from the proxy's old place may be left.
   const glm::dvec3 elsewhere(0.0, -0.04, 0.0);
   for (int i = 0; i < 100; ++i) steps.add(hand.to(elsewhere));
   auto scene = plan(shell_spec(6.0, 0.0, kSwitchStiffness), {shell(1, 1.0)});
@@ -198,7 +198,7 @@ TEST(NewScene, ThatIsNoneLetsTheForceFadeAndTheNextOneStartsAtTheHand) {
 }
 
 TEST(NewScene, InMidBeatMakesNoStepBeyondTheWallsOwn) {
-  // Two hands on the same beating heart; one of them is handed the scene anew all the time.
+  // Two hands on the same beating heart; the scene of one of them is exchanged again and again.
   const auto data = shell(4, 2.0);
   const SceneSpec spec = shell_spec(20.0, 0.3, kSwitchStiffness);
   Hand calm(spec, {data}), changed(spec, {data});
@@ -213,8 +213,8 @@ TEST(NewScene, InMidBeatMakesNoStepBeyondTheWallsOwn) {
     worst = std::max(worst, glm::length(calm.to(at).wanted_n - changed.to(at).wanted_n));
   }
   std::printf("the same scene again, every 77 ms: %.6f N away from the calm run\n", worst);
-  // What closes the cycle in its last step is found anew, for the material that the proxy is on by
-  // then: 10 um of a motion field sampled at 1 mm.
+  // The closing term of the cycle's last step is computed again, for the material at the proxy at
+  // that time: 10 um of a motion field sampled at 1 mm.
   EXPECT_LE(worst, 0.02);
 }
 

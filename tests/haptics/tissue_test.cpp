@@ -1,5 +1,5 @@
-// Soft tissue behind a wall. Oracle: the closed form of a spring in series with the tissue; no tick
-// may change the force by more than the hand feels as a release.
+// Soft tissue behind a wall. Oracle: the closed form of a spring in series with the tissue. No tick
+// may change the force by more than the limit for a release.
 #include <gtest/gtest.h>
 
 #include "tests/haptics/force_steps.h"
@@ -11,7 +11,8 @@ namespace {
 using namespace test;
 
 constexpr double kSoft_n_per_m = 250.0;
-constexpr double kTissueSpeed_m_per_s = 0.03;  // of the hand, which alone makes 0.018 N per ms
+// Of the hand; its motion alone changes the force by 0.018 N per ms.
+constexpr double kTissueSpeed_m_per_s = 0.03;
 constexpr double kTissueMost_n_per_ms = 0.05;
 
 /// 1 mm samples of 64 x 64 x 40 mm around the origin of volume space.
@@ -28,7 +29,7 @@ std::shared_ptr<const FrameData> sampled(const Value& value) {
   return sampled_scalar(std::move(volume));
 }
 
-/// Solid below y = 0 but for a hole of 5 mm radius 6 mm aside; the tissue has none.
+/// Solid below y = 0, with a hole of 5 mm radius 6 mm to the side; the tissue has no hole.
 std::shared_ptr<const MovingVolume> holed_wall() {
   auto volume = std::make_shared<MovingVolume>();
   volume->name = "shell";
@@ -55,7 +56,7 @@ SceneSpec scene(bool wall) {
   return spec;
 }
 
-/// The spring's force at a hand this deep in tissue: k (d - x) = c x.
+/// The spring's force on a hand at this depth in the tissue: k (d - x) = c x.
 double expected_n(double deep_m) {
   return deep_m / (1.0 / 600.0 + 1.0 / kSoft_n_per_m);
 }
@@ -91,7 +92,7 @@ TEST(Tissue, HoldsAHandThatComesThroughAHoleInAWall) {
     Hand hand(scene(true), {holed_wall()}, options);
     Walk walk(hand, {-0.008, 0.005, 0.0});
     walk.go({-0.008, -0.003, 0.0});
-    // Upon the wall the tissue is not felt: the proxy has not come into it.
+    // On the wall the tissue is not felt: the proxy is not in it.
     EXPECT_NEAR(walk.steps.last_n().y, 1.8, 0.1);
     walk.go({0.006, -0.003, 0.0});
     walk.rest();
@@ -109,7 +110,7 @@ TEST(Tissue, GrowsWithTheDepthWithoutASurface) {
     walk.rest();
     EXPECT_NEAR(walk.steps.last_n().y, expected_n(deep_m), 0.01) << deep_m;
   }
-  // No more than the hand's own speed makes.
+  // No larger steps than the hand's own speed gives.
   EXPECT_LE(walk.steps.worst_n(), 1e-3 * kTissueSpeed_m_per_s * 600.0);
 }
 

@@ -13,7 +13,8 @@ namespace {
 
 using test::Random;
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kStart = 123'456'789'012'345;  // a day of uptime: digits that must not matter
+// After a day of uptime: the leading digits must not matter.
+constexpr int64_t kStart = 123'456'789'012'345;
 constexpr glm::dvec3 kVelocity(0.3, -0.2, 0.1);
 constexpr double kRounding = 1e-12;
 
@@ -47,7 +48,8 @@ TEST(VelocityEstimate, LagsHalfItsWindowBehindAnAcceleratingHand) {
     const double t = 1e-3 * i;
     v = estimate.add(kStart + i * kMs, {0.5 * 3.0 * t * t, 0, 0});
   }
-  EXPECT_NEAR(v.x, 3.0 * (0.1 - 0.0075), 1e-10);  // the slope of a parabola is that of its middle
+  // The slope of a parabola is that at its middle.
+  EXPECT_NEAR(v.x, 3.0 * (0.1 - 0.0075), 1e-10);
 }
 
 TEST(VelocityEstimate, FollowsAJumpAsTheClosedFormSays) {
@@ -66,7 +68,8 @@ TEST(VelocityEstimate, FollowsAJumpAsTheClosedFormSays) {
 }
 
 TEST(VelocityEstimate, KeepsTheEncodersStepsSmall) {
-  constexpr double kCount = 38e-6;  // a Falcon's
+  // Of a Falcon's encoder.
+  constexpr double kCount = 38e-6;
   VelocityEstimate estimate;
   double worst = 0.0;
   for (int i = 0; i < 5000; ++i) {
@@ -74,7 +77,7 @@ TEST(VelocityEstimate, KeepsTheEncodersStepsSmall) {
     const double v = estimate.add(kStart + i * kMs, {std::round(x / kCount) * kCount, 0, 0}).x;
     if (i > 20) worst = std::max(worst, std::abs(v - 0.0371));
   }
-  // Errors of at most half a count everywhere: sum |t| / sum t^2 of the window times half a count.
+  // Rounding errors of at most half a count: sum |t| / sum t^2 of the window times half a count.
   EXPECT_LE(worst, 1.5 * kCount / 0.015);
   EXPECT_GT(worst, 0.0);
 }
@@ -120,7 +123,8 @@ TEST(VelocityEstimate, BridgesAGapLongerThanItsWindow) {
 }
 
 TEST(VelocityEstimate, KeepsItsWindowAtAnyRate) {
-  // At 100 kHz the ring is thinned out: the lag behind an accelerating hand stays half a window.
+  // At 100 kHz the ring stores fewer samples than it gets: the lag behind an accelerating hand is
+  // still half a window.
   for (double rate_hz : {500.0, 1e3, 4e3, 1e4, 1e5}) {
     VelocityEstimate estimate(0.015);
     const int64_t step = int64_t(1e9 / rate_hz);
@@ -129,8 +133,8 @@ TEST(VelocityEstimate, KeepsItsWindowAtAnyRate) {
     for (; t < 100 * kMs; t += step)
       v = estimate.add(kStart + t, {0.5 * 3.0 * 1e-18 * double(t) * double(t), 0, 0});
     const double now = 1e-9 * double(t - step);
-    // The window holds whole samples: it is shorter by up to a step or two of the ring's, and the
-    // lag by half of that.
+    // The window has a whole number of samples, so it is shorter by up to one or two steps of the
+    // ring, and the lag by half of that.
     EXPECT_NEAR(v.x, 3.0 * (now - 0.0075), 3.0 * 1e-3) << rate_hz;
   }
 }

@@ -1,5 +1,5 @@
 // The headset's loop as a host runs it, without the program: a session of the host's, the loop, and
-// the OpenXR runtime of our own, which says what reached it.
+// the tests' OpenXR runtime, whose records are checked.
 #include "integration/headset/headset_loop.h"
 
 #include <gmock/gmock.h>
@@ -24,7 +24,7 @@ using namespace std::chrono_literals;
 using test::fake::control;
 using Kind = HeadsetEvent::Kind;
 
-/// Before anything asks the loader. Nothing else runs yet.
+/// Runs before the OpenXR loader is used; no other thread runs yet.
 [[maybe_unused]] const int kChosen = [] {
   setenv("XR_RUNTIME_JSON", PALPATE_FAKE_RUNTIME, 1);
   return 0;
@@ -41,7 +41,7 @@ LoadedScene shell_in_memory() {
   return scene ? std::move(*scene) : LoadedScene{};
 }
 
-/// A host with a session whose device is a source of positions behind the gate of a headset.
+/// A host with a session whose device is a position source behind a headset's gate.
 class HostWithHeadset : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -80,7 +80,7 @@ class HostWithHeadset : public ::testing::Test {
     session->newest(SnapshotReader::kLive, snapshot_);
     return snapshot_;
   }
-  /// Waits until it is so; false after a minute.
+  /// Waits until the condition is true; false after a minute.
   bool until(const std::function<bool()>& so) {
     for (int k = 0; k < 6000; ++k) {
       for (HeadsetEvent& event : loop->news()) events.push_back(std::move(event));
@@ -112,7 +112,7 @@ TEST_F(HostWithHeadset, IsSeenOnlyOnceThePictureIsShownAndItsControllerMovesTheP
 
   start_loop({}, true);
   ASSERT_TRUE(until([&] { return newest().cause != Cause::kUnseen; })) << word(newest().cause);
-  // By a hand's breadth to the right: the probe goes as far in the world as the hand in the room.
+  // A hand's breadth to the right: in the world the probe moves as far as the hand in the room.
   const auto at = [](float x_m) {
     control().script_hand(1, [x_m](XrTime) { return XrPosef{{0, 0, 0, 1}, {x_m, 1.45F, -0.4F}}; });
   };
@@ -127,24 +127,24 @@ TEST_F(HostWithHeadset, IsSeenOnlyOnceThePictureIsShownAndItsControllerMovesTheP
   at(0.03F);
   ASSERT_TRUE(until([&] { return glm::distance(newest().probe_m, from_m) > 0.01 && rests(); }));
   EXPECT_NEAR(glm::distance(before, from_m), 0.03, 1e-4);
-  // The renderer is made beside the frames, which begin without a picture.
+  // The renderer is made while frames run; the first ones have no picture.
   ASSERT_TRUE(until([&] { return control().last_frame().layers > 0; }));
   loop->end();
   EXPECT_GT(loop->numbers().drawn, 0u);
   EXPECT_EQ(loop->numbers().sessions, 1u);
-  EXPECT_EQ(heard(Kind::kNoCalibration), 0) << "a controller is where it is seen";
+  EXPECT_EQ(heard(Kind::kNoCalibration), 0) << "a controller needs no calibration";
 }
 
 TEST_F(HostWithHeadset, HearsOnceThatItsDeviceIsNotCalibrated) {
   start_loop({}, false);
   ASSERT_TRUE(until([&] { return heard(Kind::kNoCalibration) > 0; }));
   const uint64_t frames = control().frames();
-  // Nor does it hear it again in the next session, for which the world is placed anew.
+  // Nor is it reported again in the next session, for which the world is placed anew.
   control().lose_session();
   ASSERT_TRUE(until([&] { return control().calls("xrCreateSession") == 2; }));
   ASSERT_TRUE(until([&] { return control().frames() > frames + 50; }));
   EXPECT_EQ(heard(Kind::kNoCalibration), 1);
-  EXPECT_EQ(heard(Kind::kNoPassThrough), 0) << "nobody has asked for it";
+  EXPECT_EQ(heard(Kind::kNoPassThrough), 0) << "pass-through was not requested";
 }
 
 TEST_F(HostWithHeadset, HearsThatTheHeadsetShowsNoRoom) {

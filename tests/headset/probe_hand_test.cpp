@@ -1,4 +1,4 @@
-// Which hand feels in a headset where no force device does.
+// Which hand feels in a headset if there is no force device.
 #include "integration/headset/probe_hand.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ xr::Hands pinching(int side, bool pinches = true) {
   return hands;
 }
 
-/// Frames of the same; whether any asked for a tube, and what the last one gave.
+/// Equal frames: whether one of them requested a tube, and the result of the last one.
 struct Frames {
   bool tube = false, keep = false;
   ProbeHold hold;
@@ -57,8 +57,8 @@ TEST(ProbeHand, AControllerFeelsBeforeAnyFinger) {
   hands.hand[1] = with_controller(1, {2.0, 0.0, 0.0}, true).hand[1];
   hands.hand[1].world_from_aim = Pose{{3.0, 0.0, 0.0}};
   hold = probe.step(hands, kFrame_s);
-  EXPECT_EQ(hold.side, 1) << "the right one of two";
-  EXPECT_EQ(hold.tip_m, glm::dvec3(3.0, 0.0, 0.0)) << "where it points from";
+  EXPECT_EQ(hold.side, 1) << "of two hands the right one";
+  EXPECT_EQ(hold.tip_m, glm::dvec3(3.0, 0.0, 0.0)) << "the place it points from";
   EXPECT_EQ(hold.buttons, 1u);
 }
 
@@ -81,9 +81,9 @@ TEST(ProbeHand, TheFingerThatFeelsGoesOnWhenTheOtherHandPinchesToo) {
   xr::Hands both = pinching(0);
   add_fingers(both, 1, {0.1, 1.0, 0.0}, true);
   EXPECT_EQ(probe.step(both, kFrame_s).side, 0);
-  EXPECT_EQ(probe.step(pinching(1), kFrame_s).side, 1) << "the first has let go";
+  EXPECT_EQ(probe.step(pinching(1), kFrame_s).side, 1) << "the first hand let go";
   ProbeHand fresh;
-  EXPECT_EQ(fresh.step(both, kFrame_s).side, 1) << "both at once: the right one";
+  EXPECT_EQ(fresh.step(both, kFrame_s).side, 1) << "if both begin at once, the right one";
 }
 
 TEST(ProbeHand, AShortPinchAsksForATubeOnceAndALongOneDoesNot) {
@@ -119,10 +119,10 @@ TEST(ProbeHand, ASecondTapSoonAfterAsksToKeep) {
   EXPECT_TRUE(second.keep);
   EXPECT_FALSE(second.tube);
   const Frames third = tap();
-  EXPECT_TRUE(third.tube) << "the third is the first of the next two";
+  EXPECT_TRUE(third.tube) << "the third tap is the first of the next pair";
   EXPECT_FALSE(third.keep);
   frames(probe, pinching(1, false), 0.6);
-  EXPECT_TRUE(tap().tube) << "too late";
+  EXPECT_TRUE(tap().tube) << "too late for a double tap";
   // Lost in between, or tapped with the other hand.
   frames(probe, {}, 0.05);
   EXPECT_TRUE(tap().tube);
@@ -138,7 +138,7 @@ TEST(ProbeHand, AHandThatIsLostHasNotTapped) {
   EXPECT_FALSE(frames(probe, {}, 0.5).tube);
   EXPECT_FALSE(frames(probe, pinching(1, false), 0.5).tube);
   frames(probe, pinching(1), 0.1);
-  EXPECT_FALSE(frames(probe, with_controller(1, {}), 0.2).tube) << "it took a controller";
+  EXPECT_FALSE(frames(probe, with_controller(1, {}), 0.2).tube) << "the hand took a controller";
   EXPECT_FALSE(frames(probe, pinching(1, false), 0.5).tube);
 }
 

@@ -7,7 +7,7 @@
 
 namespace palpate::test {
 
-/// Normal equations as the kernels hold them: three images (b Axx)(Axy Axz Ayy Ayz)(Azz r^2 w q).
+/// Normal equations as the kernels store them: three images (b Axx)(Axy Axz Ayy Ayz)(Azz r^2 w q).
 using EquationImages = std::array<oracle::Texels, 3>;
 
 inline EquationImages images_of(const oracle::Samples<oracle::NormalEquations>& equations) {
@@ -36,9 +36,9 @@ inline oracle::Samples<oracle::NormalEquations> equations_of(const EquationImage
   return equations;
 }
 
-/// Equations as they are after smoothing: means of several g g^T with matching b, so that A is
-/// positive definite in most cells; of rank one, an edge, in every fifth; in every seventh hardly
-/// anything counted.
+/// Equations as after smoothing: means of several g g^T with a matching b, so that A is positive
+/// definite in most cells. In every fifth cell A has rank one, as at an edge; in every seventh
+/// hardly any voxel counts.
 inline oracle::Samples<oracle::NormalEquations> random_equations(glm::ivec3 cells, uint32_t seed) {
   Random random(seed);
   oracle::Samples<oracle::NormalEquations> equations(cells);

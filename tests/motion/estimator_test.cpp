@@ -31,7 +31,7 @@ class Estimator : public SolverTest {
     return opened ? std::move(*opened) : nullptr;
   }
 
-  /// Pairs in the order in which they came.
+  /// Stores the pairs in the order in which they arrive.
   SequenceEstimator::OnMotion note(Pairs& pairs) {
     return [&pairs](const PairMotion& motion) {
       pairs.emplace_back(motion.fixed_frame, motion.moving_frame);
@@ -50,9 +50,9 @@ TEST_F(Estimator, DeliversEveryPairInOrderAndClosesTheCycle) {
   EXPECT_EQ(estimator->dropped(), 0U);
 }
 
-/// The way back is estimated, not inverted, from the second finest level up: there and back of a
-/// pair that is known misses by less than a voxel, with a mask where both ends lie inside it, and
-/// after the classic method, whose frames are not normalised.
+/// The way back is estimated, not inverted, down to the second finest level. Forward and back along
+/// a known motion must miss by less than half a voxel on average: also with a mask, where both ends
+/// are inside it, and after the classic method, whose frames are not normalised.
 TEST_F(Estimator, GivesAQuickWayBackWhereAsked) {
   AffineMap map;
   map.shift_mm = {2.2, -1.8, 1.5};
@@ -148,7 +148,7 @@ TEST_F(Estimator, StopsInTheMiddleOfAPairWhenCancelled) {
   self = estimator.get();
   ready.set_value();
   ASSERT_TRUE(estimator->push(0, beat().frames[0]));
-  // The worker may cancel before or after this frame is in.
+  // The worker may cancel before or after it takes this frame.
   (void)estimator->push(1, beat().frames[1]);
   const Status done = estimator->finish();
   ASSERT_FALSE(done);
@@ -182,10 +182,11 @@ TEST_F(Estimator, LetsTheNewestFramesWinWhenItCanNotKeepUp) {
   std::once_flag first;
   const auto estimator = open(options, [&](const PairMotion& motion) {
     std::call_once(first, [&] { started.set_value(); });
-    go.wait();  // slower than any source
+    // Slower than any source.
+    go.wait();
     pairs.emplace_back(motion.fixed_frame, motion.moving_frame);
   });
-  // Until it has its first pair the worker may lose frames like any other.
+  // Before its first pair the worker may drop any frame.
   size_t k = 0;
   std::future<void> has_begun = started.get_future();
   while (has_begun.wait_for(std::chrono::milliseconds(2)) != std::future_status::ready) {

@@ -13,8 +13,8 @@
 
 namespace palpate::test {
 
-/// Sizes at which kernels stumble: one sample, one less and one more than a brick, odd ones, and a
-/// different one on each axis.
+/// Sizes at which kernels may fail: one sample, one less and one more than a brick, odd numbers,
+/// and a different size on each axis.
 inline constexpr std::array<glm::ivec3, 5> kSizes = {glm::ivec3(1, 7, 9), glm::ivec3(17, 9, 7),
                                                      glm::ivec3(9, 17, 1), glm::ivec3(8, 16, 8),
                                                      glm::ivec3(7, 1, 17)};
@@ -25,13 +25,13 @@ inline std::string text(glm::dvec3 v) {
   return out.str();
 }
 
-/// Random vectors as an image of the device stores them.
+/// Random vectors as an image of the device stores them, that is rounded.
 inline oracle::Vectors stored_vectors(glm::ivec3 cells, uint32_t seed, double reach) {
   return vectors_of(as_stored(texels_of(random_vectors(cells, seed, reach)), Format::kRgba32));
 }
 
-/// Runs one kernel on the device, to compare it with its oracle. The kernel is right if it gives
-/// what the oracle gives for the same, already rounded, input.
+/// Runs one kernel on the device, to compare it with its oracle. The kernel is right if its result
+/// equals the oracle's for the same, already rounded, input.
 class KernelTest : public DeviceTest {
  protected:
   DeviceImage put(const oracle::Texels& texels, Format format) {
@@ -59,11 +59,11 @@ class KernelTest : public DeviceTest {
   /// Groups of a kernel that takes 64 samples in a row.
   static glm::ivec3 rows(glm::ivec3 size) { return {(size.x + 63) / 64, size.y, size.z}; }
 
-  /// What a value that comes through the linear sampler may be off by, in shares of the range.
+  /// Tolerance of a value read through the linear sampler, as a fraction of the range.
   double sampling_tolerance() const { return context()->is_cpu() ? kSingle : kTextureUnit; }
 
-  /// Compares channels [0, channels) of all cells in `bricks` with what is expected, and demands
-  /// that all other cells are untouched. scale: the largest number that takes part.
+  /// Compares channels [0, channels) of all cells in `bricks` with the expected ones, and requires
+  /// that all other cells are unchanged. scale: the largest number that takes part.
   void expect_cells(const DeviceImage& image, const oracle::Texels& expected,
                     const BrickList& bricks, int channels, double scale, double tolerance) {
     const oracle::Texels actual = get(image);
@@ -78,7 +78,7 @@ class KernelTest : public DeviceTest {
         const double wanted = listed ? expected.at(i)[c] : kUntouched;
         const double rounding = half ? kHalf * std::abs(wanted) + kHalfSmallest : 0.0;
         const double allowed = listed ? tolerance * scale + rounding : 0.0;
-        // Equal first: voxels without value are infinite.
+        // Equality first: voxels without a value are infinite, and their difference is NaN.
         if (is == wanted || std::abs(is - wanted) <= allowed) continue;
         if (wrong++ == 0) {
           std::ostringstream out;
@@ -95,7 +95,7 @@ class KernelTest : public DeviceTest {
     expect_cells(image, expected, all_bricks(expected.size), channels, scale, tolerance);
   }
 
-  /// What outputs are filled with before a kernel runs; exact in every format but R8.
+  /// Outputs are filled with this before a kernel runs; exact in every format but R8.
   static constexpr double kUntouched = -77.0;
 };
 

@@ -21,9 +21,9 @@ Texels slices(const Texels& whole, int begin, int end) {
   return part;
 }
 
-/// Marks a tenth of the voxels as outside the mask. Not at the border: outside it one sample is
-/// held, and whether a device then also touches its neighbour, with weight 0, is the device's
-/// choice.
+/// Marks a tenth of the voxels as outside the mask, but none at the border: a place outside the
+/// image is clamped to the border sample, and whether a device then also touches its neighbour with
+/// weight 0 depends on the device.
 void punch_holes(Texels& image, uint32_t seed) {
   const oracle::Scalars mask = random_mask(image.size, seed, 0.9);
   oracle::for_each(image.size - 4, [&](glm::ivec3 inner) {
@@ -34,7 +34,7 @@ void punch_holes(Texels& image, uint32_t seed) {
 
 class NormalEquationsKernel : public KernelTest {
  protected:
-  /// A pair of packed images and a field that takes voxels up to 3 voxels away, some of them out of
+  /// A pair of packed images and a field that moves voxels by up to 3 voxels, some of them out of
   /// the moving image.
   void make(glm::ivec3 image_size, glm::ivec3 voxels_per_cell, Format format, uint32_t seed) {
     size = image_size;
@@ -75,7 +75,7 @@ class NormalEquationsKernel : public KernelTest {
   void expect_oracle(const BrickList& bricks, int colour = -1) {
     const EquationImages expected =
         images_of(oracle::normal_equations(fixed, moving, field, cell, kSpacingMm, colour));
-    // Products of two numbers of which the larger, r, is at most 2.
+    // Products of two numbers; the larger one, r, is at most 2.
     for (size_t k = 0; k < 3; ++k)
       expect_cells(equations[k], expected[k], bricks, 4, 4.0, 2.0 * sampling_tolerance());
   }
@@ -127,8 +127,8 @@ TEST_F(NormalEquationsKernel, InHalfPrecisionLeaveUnlistedBricksAlone) {
 }
 
 TEST_F(NormalEquationsKernel, CountVoxelsInTheMaskWhereverTheirPartnersLie) {
-  // The second shift weighs what lies beyond a voxel by a 64th, four steps of a texture unit, and
-  // beyond its corner by a 262,144th: enough for the mark.
+  // The second shift gives the next voxel a weight of a 64th, four steps of a texture unit, and the
+  // voxel across the corner a 262,144th. Both are enough for the mark outside the mask.
   for (const glm::dvec3 shift : {glm::dvec3(1.25, -0.375, 0.5), glm::dvec3(1.0 / 64.0)}) {
     for (const glm::ivec3 voxels_per_cell : {glm::ivec3(1), glm::ivec3(2), glm::ivec3(4, 2, 1)}) {
       SCOPED_TRACE(text(voxels_per_cell) + " shifted by " + text(shift));
@@ -168,8 +168,8 @@ TEST_F(NormalEquationsKernel, AreTheSameWithTheMovingImageInTwoSlabs) {
     make({9, 11, 9}, {2, 2, 2}, Format::kRgba32, 230);
     open_outputs(Format::kRgba32);
     const BrickList bricks = all_bricks(field.size);
-    // A sample at z reads slices floor(z) and floor(z) + 1: the lower slab holds one more slice
-    // than it answers for.
+    // A sample at z reads slices floor(z) and floor(z) + 1, so the lower slab contains one slice
+    // more than it computes.
     const int held = std::min(cut + 1, size.z);
     shaders::NormalEquationsPush lower = whole();
     lower.moving_slab = {held, -kFar, cut, 0};
@@ -186,7 +186,8 @@ TEST_F(NormalEquationsKernel, AreTheSameWithBothImagesInSlabs) {
   make({9, 7, 13}, {2, 1, 4}, Format::kRgba32, 240);
   open_outputs(Format::kRgba32);
   const BrickList bricks = all_bricks(field.size);
-  // The fixed image is cut inside a cell, the moving one elsewhere: four pairs, the first writes.
+  // The fixed image is cut inside a cell, the moving one elsewhere: four pairs of slabs. The first
+  // one writes, the others add.
   const std::array<int, 3> fixed_cuts = {0, 6, size.z};
   const std::array<int, 3> moving_cuts = {0, 5, size.z};
   int first = 1;

@@ -5,7 +5,7 @@
 #include "tests/motion/equation_images.h"
 #include "tests/motion/kernel_test.h"
 
-/// The kernels that carry, watch and mend a field, against their oracles.
+/// The kernels that resample, measure and repair a field, against their oracles.
 namespace palpate::test {
 namespace {
 
@@ -39,13 +39,13 @@ TEST_F(UpsampleKernel, ReadsTheCoarseFieldBetweenItsCellsAndHoldsItsBorder) {
              shaders::UpsamplePush{glm::ivec4(c.to, 0), glm::ivec4(c.from, 0),
                                    glm::vec4(c.scale, 0), glm::vec4(c.offset, 0)},
              rows(c.to));
-    // A coordinate of up to 70 cells has 6e-6 cells of fp32 rounding left.
+    // The coordinate of up to 70 cells has 6e-6 cells of fp32 rounding.
     expect_all(to, expected, 3, 5.0, 4.0 * sampling_tolerance());
     EXPECT_EQ(get(to).values, get(as_well).values);
   }
 }
 
-/// What the kernel says of each listed brick: moved, structure, reach.
+/// The kernel's results for each listed brick: moved, structure, reach.
 class MeasureKernel : public KernelTest {
  protected:
   void expect_oracle(glm::ivec3 cells, const BrickList& bricks, uint32_t seed) {
@@ -75,7 +75,7 @@ class MeasureKernel : public KernelTest {
       EXPECT_NEAR(look.structure, expected.at(brick).y, kSingle) << text(brick);
       EXPECT_NEAR(look.reach, expected.at(brick).z, 4.0 * kSingle) << text(brick);
     }
-    // `seen` now holds the field in the listed bricks and what it held in the others.
+    // `seen` now contains the field in the listed bricks and its old values in the others.
     Vectors remembered = seen;
     oracle::for_each(cells, [&](glm::ivec3 i) {
       if (in_bricks(bricks, i)) remembered.at(i) = field.at(i);
@@ -101,8 +101,8 @@ TEST_F(MeasureKernel, LooksAtListedBricksOnlyInTheOrderOfTheList) {
 
 class ConfidenceKernel : public KernelTest {
  protected:
-  /// Residuals from nothing, where A is certain, to much, where what noise makes of gradients takes
-  /// all of A away.
+  /// From residuals of zero, where A is certain, to large ones, where the gradients that noise
+  /// alone would give cancel all of A.
   static EquationImages stored_equations(glm::ivec3 cells, Format format, uint32_t seed) {
     oracle::Samples<oracle::NormalEquations> equations = random_equations(cells, seed);
     for (size_t i = 0; i < equations.values.size(); ++i) {
@@ -121,8 +121,8 @@ class ConfidenceKernel : public KernelTest {
     const EquationImages left = stored_equations(cells, format, seed + 1);
     const oracle::Samples<oracle::NormalEquations> coarser = equations_of(left);
     const Vectors field = stored_vectors(cells, seed + 2, 1.5);
-    // The smallest eigenvalue comes out with an error in shares of the trace: what is just below
-    // and just above it bounds the confidence.
+    // The error of the smallest eigenvalue is a fraction of the trace. The confidence must be
+    // between those for an eigenvalue just below and just above.
     EquationImages lower = images, upper = images;
     for (size_t i = 0; i < images[0].values.size(); ++i) {
       const double off =
@@ -196,34 +196,34 @@ TEST(ConfidenceOracle, FallsWithEachThingThatSpeaksAgainstTheField) {
   };
   const double best = middle(good, still, left);
   EXPECT_GT(best, 0.9);
-  // Noise as flat regions show it: r^2 / 8 of gradient per axis, whatever the window averages.
+  // The gradients of noise in flat regions: r^2 / 8 per axis, whatever the window averages.
   auto flat = good;
   for (auto& e : flat.values) e.a = glm::dmat3(e.residual / 8.0);
   EXPECT_LT(middle(flat, still, left), 0.5);
-  // An edge without a corner says nothing along itself.
+  // An edge without a corner determines no motion along itself.
   auto edge = good;
   for (auto& e : edge.values) e.a[2][2] = e.residual / 8.0;
   EXPECT_LT(middle(edge, still, left), 0.5);
 
-  // All else changes the odds alone.
+  // All other measures change only the odds.
   const double sd2 = (0.02 + 1e-6) / (300.0 * (0.05 - 0.15625 * 0.02));
   const auto odds = [&](double confidence) {
     const double likely = confidence / (0.5 + 0.5 / (1.0 + 4.0 * sd2));
     return likely / (1.0 - likely);
   };
-  // The narrow window still asks for half a voxel.
+  // The equations of the narrow window still have a step of half a voxel.
   auto asks = good;
   for (auto& e : asks.values) e.b = glm::dvec3(0.03, 0.0, 0.0);
   EXPECT_NEAR(odds(best) / odds(middle(asks, still, left)), std::pow(0.53 / 0.03, 2), 1e-2);
-  // The coarser level explained little.
+  // The coarser level explained only a little.
   auto much = left;
   for (auto& e : much.values) e.residual = 0.006 + 0.05 * (2.0 * 0.4 + 0.3 + 1e-4);
   EXPECT_NEAR(odds(best) / odds(middle(good, still, much)), 0.06 / 0.01, 1e-4);
-  // The next cell moves 8 voxels further.
+  // The neighbouring cell moves 8 voxels further.
   Vectors jumps = still;
   jumps.at({2, 1, 1}) = {0.0, 8.0, 0.0};
   EXPECT_NEAR(odds(best) / odds(middle(good, jumps, left)), 2.3 / 0.3, 1e-4);
-  // Nothing counted.
+  // No voxel counted.
   auto nothing = good;
   for (auto& e : nothing.values) e.counted = 0.0;
   EXPECT_EQ(middle(nothing, still, left), 0.0);
@@ -239,7 +239,7 @@ TEST_F(FoldsKernel, FlagsCellsWhoseVoxelsFoldAtAnyCorner) {
   for (const glm::ivec3 size :
        {glm::ivec3(17, 9, 7), glm::ivec3(9, 7, 18), glm::ivec3(8, 8, 8), glm::ivec3(17, 12, 1)}) {
     for (const glm::ivec3 cell : cell_sizes) {
-      // From fields that never fold, over those at the quick bound, to fields that fold everywhere.
+      // Fields that never fold, fields near the quick bound, and fields that fold everywhere.
       for (const double reach : {0.05, 0.2, 0.3, 0.6}) {
         SCOPED_TRACE(text(size) + " in cells of " + text(cell) + ", reach " +
                      std::to_string(reach));
@@ -275,7 +275,7 @@ TEST_F(FoldsKernel, FlagsCellsWhoseVoxelsFoldAtAnyCorner) {
       }
     }
   }
-  // The cases must not all lie on one side.
+  // Cases on both sides of the limit must have been tested.
   EXPECT_GT(folded, 100U);
   EXPECT_GT(fine, 100U);
 }

@@ -1,7 +1,7 @@
 #include "compute/motion/gauss.h"
 #include "tests/motion/kernel_test.h"
 
-/// The kernels that make the pyramid, against their oracles.
+/// The kernels that build the pyramid, against their oracles.
 namespace palpate::test {
 namespace {
 
@@ -14,7 +14,7 @@ class GaussKernel : public KernelTest {};
 class NormaliseKernel : public KernelTest {};
 class PackKernel : public KernelTest {};
 
-/// 2 where the axis has samples enough, and one axis that is kept.
+/// Ratio 2 for each axis with enough samples, and 1 for one axis that is kept.
 glm::ivec3 ratio_of(glm::ivec3 size, int kept) {
   glm::ivec3 ratio = glm::min(size, glm::ivec3(2));
   ratio[kept] = 1;
@@ -72,7 +72,7 @@ TEST_F(MomentsKernel, AveragesWhatOfACellLiesInsideTheImage) {
 }
 
 TEST_F(GaussKernel, SmoothsAlongEveryAxisWithItsOwnSigma) {
-  // From "nothing" (below 0.3) over radii beyond a brick to the largest radius.
+  // From no filter (below 0.3) over radii larger than a brick to the largest radius.
   const std::array<glm::dvec3, 4> sigmas = {glm::dvec3(0.2, 1.0, 3.0), glm::dvec3(3.5, 0.5, 0.1),
                                             glm::dvec3(1.5), glm::dvec3(0.0, 5.0, 0.31)};
   for (const glm::ivec3 size : kSizes) {
@@ -126,7 +126,7 @@ TEST(GaussPush, HasWeightsThatSumToOne) {
   }
 }
 
-/// What normalise reads: an image, and moments as the engine makes them.
+/// The input of normalise: an image, and moments as the engine computes them.
 struct NormaliseCase {
   Texels image;
   Texels moments;
@@ -156,7 +156,7 @@ TEST_F(NormaliseKernel, TakesOutLocalMeanAndVarianceReadBetweenCells) {
                shaders::NormalisePush{glm::ivec4(size, 0), glm::ivec4(made.moments.size, 0),
                                       glm::ivec4(cell, 0), glm::vec4(noise * noise, 1, 0, 0)},
                rows(size));
-      // A cell of one voxel has no variance but the noise's: there the result is large.
+      // A cell of one voxel has only the noise's variance, so its result is large.
       double scale = 1.0;
       for (const glm::dvec4& value : expected.values) scale = std::max(scale, std::abs(value.x));
       expect_all(to, expected, 1, scale, std::max(kNormalised, sampling_tolerance()));

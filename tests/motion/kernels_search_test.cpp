@@ -3,7 +3,7 @@
 #include "tests/motion/equation_images.h"
 #include "tests/motion/kernel_test.h"
 
-/// The discrete start and the paper's own iteration, against their oracles.
+/// The discrete start and the iteration of the classic method, against their oracles.
 namespace palpate::test {
 namespace {
 
@@ -20,7 +20,7 @@ int count_of(glm::ivec3 nodes) {
   return nodes.x * nodes.y * nodes.z;
 }
 
-/// Random costs as a device buffer holds them.
+/// Random costs as a device buffer stores them.
 std::vector<Scalars> random_costs(glm::ivec3 nodes, int labels, uint32_t seed) {
   std::vector<Scalars> costs;
   for (int label = 0; label < labels; ++label) {
@@ -31,7 +31,7 @@ std::vector<Scalars> random_costs(glm::ivec3 nodes, int labels, uint32_t seed) {
   return costs;
 }
 
-/// Every node but each third, or all.
+/// All nodes but every third one, or all.
 struct Listed {
   Listed(const std::shared_ptr<vulkan::Context>& context, glm::ivec3 nodes, bool all)
       : mask(nodes, 1.0) {
@@ -187,7 +187,7 @@ TEST_F(CoupledChoiceKernel, TakesTheCheapestLabelAtAPriceForLeavingTheSmoothFiel
         const auto costs_now = [&](int label) {
           return oracle::coupled_cost(costs, label, node, reach, near, price);
         };
-        // What a label stands for, with the part of a voxel that its neighbours tell.
+        // The displacement of a label, with the sub-voxel part from the costs of its neighbours.
         const auto meant_mm = [&](int label) {
           const glm::ivec3 steps = oracle::label_of(label, reach);
           if (steps == glm::ivec3(0)) return base.at(node);
@@ -203,10 +203,10 @@ TEST_F(CoupledChoiceKernel, TakesTheCheapestLabelAtAPriceForLeavingTheSmoothFiel
         double best = 1e30, paid = 1e30;
         for (int label = 0; label < labels; ++label) {
           best = std::min(best, costs_now(label));
-          // The part magnifies rounding where three costs are nearly equal.
+          // The sub-voxel part magnifies rounding if three costs are nearly equal.
           if (glm::distance(meant_mm(label), chosen.at(node)) < 1e-3) paid = costs_now(label);
         }
-        // Equals within rounding may win either way.
+        // Of labels whose costs are equal within rounding, any may be chosen.
         EXPECT_NEAR(paid, best, 2.0 * kSingle) << text(node) << " took " << text(chosen.at(node));
       });
     }
@@ -263,7 +263,7 @@ TEST_F(ClassicForceKernel, IsThePapersStepInUnitsOfTheVoxel) {
     dispatch(kernels()->classic_force(), {list, nearest(f), linear(m), nearest(field), to.image},
              shaders::ClassicPush{glm::ivec4(size, 0), glm::vec4(spacing_mm, 0)},
              slice_groups(bricks));
-    // d / |g| magnifies the error of d where both are small; random gradients are rarely below 0.1.
+    // d / |g| magnifies the error of d if both are small; random gradients are rarely below 0.1.
     expect_all(to, texels_of(expected), 3, 4.0, 10.0 * sampling_tolerance());
   }
 }

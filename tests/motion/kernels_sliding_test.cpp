@@ -17,7 +17,7 @@ Scalars stored_scalars(glm::ivec3 size, uint32_t seed, double low, double high) 
   return scalars_of(as_stored(texels_of(random_scalars(size, seed, low, high)), Format::kR16));
 }
 
-/// Two frames as the device holds them, with or without a mask on the fixed one.
+/// Two frames as the device stores them, with or without a mask on the fixed one.
 struct Frames {
   Frames(glm::ivec3 size, uint32_t seed, bool masked)
       : fixed(stored_scalars(size, seed, 0.0, 1.0)),
@@ -64,7 +64,7 @@ TEST_F(SlidingMomentsKernel, AreTheMeansOfWhatTheFieldBringsTogether) {
                  shaders::SlidingMomentsPush{glm::ivec4(cells, 0), glm::ivec4(cell, 0),
                                              glm::ivec4(size, 0), glm::vec4(spacing_mm, 0)},
                  slice_groups(bricks));
-        // A partner's place has the rounding of the field's own reading.
+        // The partner's place has the rounding of the interpolated field.
         expect_all(to, expected, 4, 4.0, 10.0 * sampling_tolerance());
       }
     }
@@ -120,15 +120,15 @@ TEST_F(SlidingCostKernel, IsTheCutSquaredDifferenceByTheMotionOfEachCandidate) {
                                      glm::ivec4(step, first),
                                      {float(with.noise * with.noise), 0, 0, 0}},
             slice_groups(bricks));
-        // Squared and divided by limit^2, a difference has ten times the sample's error and more.
+        // A squared difference divided by limit^2 has more than ten times the error of the sample.
         expect_cells(to, expected, bricks, 4, 1.0, 100.0 * sampling_tolerance());
       }
     }
   }
 }
 
-/// Candidates that fit better are taken, the best one of all; those on the same side of the border
-/// or outside the field are not.
+/// A candidate that fits better is taken, and the best one of them. One on the same side of the
+/// border, or outside the field, is not.
 TEST_F(SlidingChoiceKernels, TakeTheBestCandidateFromAcrossABorder) {
   uint32_t seed = 3000;
   const float share = 0.2F, least = 0.02F, noise = 0.3F;
@@ -308,7 +308,7 @@ TEST_F(UpsampleCubicKernel, IsTheCubicBetweenTheCoarseCells) {
                shaders::UpsamplePush{glm::ivec4(c.to, 0), glm::ivec4(c.from, 0),
                                      glm::vec4(c.scale, cubic), glm::vec4(c.offset, 0)},
                rows(c.to));
-      // A coordinate of up to 70 cells has 6e-6 cells of fp32 rounding left.
+      // The coordinate of up to 70 cells has 6e-6 cells of fp32 rounding.
       expect_all(to, expected, 3, 5.0, 40.0 * kSingle);
       EXPECT_EQ(get(to).values, get(as_well).values);
       for (const glm::dvec4& texel : get(to).values) {

@@ -61,8 +61,8 @@ TEST_F(UpdateKernel, KeepsTheFieldWhereTheImagesSayNothing) {
 
 class UpdateTwoKernel : public KernelTest {
  protected:
-  /// The narrow window's equations with what b explains taken from r^2, as it is in data; what the
-  /// coarser level left goes from nothing to more than `high`.
+  /// The part of r^2 that b explains is removed from the narrow window's equations, as in real
+  /// data. What the coarser level left ranges from zero to more than `high`.
   void expect_oracle(glm::ivec3 cells, Format format, const BrickList& bricks, uint32_t seed) {
     const auto stored = [&](const oracle::Samples<oracle::NormalEquations>& equations) {
       EquationImages images = images_of(equations);
@@ -120,8 +120,8 @@ TEST_F(UpdateTwoKernel, TakesEquationsInHalfPrecisionAndOnlyListedBricks) {
 
 class TotalVariationKernel : public KernelTest {
  protected:
-  /// A field of steps around the Huber threshold and a dual of which some cells lie on the ball;
-  /// zero on the last cells, as the dual step leaves it.
+  /// A field with differences around the Huber threshold, and a dual of which some cells are on the
+  /// ball; zero on the last cells, as after the dual step.
   void make(glm::ivec3 cells, Format format, uint32_t seed) {
     u = vectors_of(as_stored(texels_of(random_vectors(cells, seed, 1.0)), Format::kRgba32));
     before =
@@ -133,7 +133,7 @@ class TotalVariationKernel : public KernelTest {
       });
       dual[size_t(axis)] = vectors_of(as_stored(texels_of(p), format));
     }
-    // Weights from none at all to two and a half times.
+    // Weights from zero to two and a half.
     more = oracle::Scalars(cells);
     for (size_t i = 0; i < more.values.size(); ++i) more.values[i] = 0.25 * double(i % 11) - 1.0;
   }
@@ -157,7 +157,7 @@ class TotalVariationKernel : public KernelTest {
              {list, nearest(w), nearest(p[0]), nearest(p[1]), nearest(p[2]), nearest(old),
               now.image, then.image},
              push(), slice_groups(bricks));
-    // The weight goes on to the dual step; the field itself holds none.
+    // The weight is passed to the dual step; the last iteration writes no weight.
     Texels with_weight = texels_of(expected);
     for (size_t i = 0; i < with_weight.values.size(); ++i)
       with_weight.values[i].w = last ? 0.0 : more.values[i];

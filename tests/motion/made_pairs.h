@@ -9,7 +9,7 @@
 #include "compute/volume/volume.h"
 #include "tests/volume/grids.h"
 
-/// Pairs of frames whose motion is an affine map of space, so that truth is a closed form.
+/// Pairs of frames whose motion is given by a formula.
 namespace palpate::test {
 
 /// x -> centre + linear (x - centre) + shift, LPS mm.
@@ -37,7 +37,7 @@ inline glm::dvec3 middle_of(const Grid& grid) {
 }
 
 /// A textured body (structures of 6 and 13 voxels of the finest axis, intensities 200 to 800) and
-/// the same moved by the map: the value at x in fixed is the value at map(x) in moving.
+/// the same body moved by the map: the value at x in fixed is the value at map(x) in moving.
 /// voxel_mm: 0 for the finest axis.
 inline MadePair made_pair(const Grid& grid, const AffineMap& map, uint32_t seed = 1,
                           double voxel_mm = 0.0) {
@@ -62,9 +62,9 @@ inline MadePair made_pair(const Grid& grid, const AffineMap& map, uint32_t seed 
   return pair;
 }
 
-/// A body with structures of 4 and 9 mm in waves along k, `length` mm long: u = gradient / w sin(w
-/// z), w = 2 pi / length. The value at x + u(x) in moving is the value at x in fixed. On a plain
-/// grid.
+/// A body with structures of 4 and 9 mm and a sinusoidal motion along k with a wavelength of
+/// `length` mm: u = gradient / w sin(w z), w = 2 pi / length. The value at x + u(x) in moving is
+/// the value at x in fixed. For a plain grid.
 inline MadePair wave_pair(const Grid& grid, double gradient, double length, uint32_t seed = 1) {
   const double w = 2.0 * std::numbers::pi / length;
   const auto body = [&](glm::dvec3 lps_mm) {
@@ -86,8 +86,8 @@ inline MadePair wave_pair(const Grid& grid, double gradient, double length, uint
   return pair;
 }
 
-/// Voxels of fixed that lie at least `margin` voxels inside, as does what they become in moving:
-/// there both frames show the same material.
+/// Voxels of fixed that are at least `margin` voxels inside the image and whose partner in moving
+/// is too: both frames show this material.
 inline Mask seen_in_both(const Field& truth, double margin) {
   const Grid& grid = truth.grid;
   const auto inside = [&](glm::dvec3 index) {
@@ -107,7 +107,7 @@ inline Mask seen_in_both(const Field& truth, double margin) {
   return mask;
 }
 
-/// The same of a grid of one slice, across which nothing moves.
+/// The same for a grid of one slice, across which nothing moves.
 inline Mask seen_in_plane(const Field& truth, int across, double margin) {
   Mask mask{truth.grid, std::vector<uint8_t>(truth.grid.count())};
   const Grid& grid = truth.grid;
@@ -129,7 +129,7 @@ inline Mask seen_in_plane(const Field& truth, int across, double margin) {
   return mask;
 }
 
-/// A volume with a value of its own at every voxel.
+/// A volume of independent random values.
 inline Volume noise_volume(const Grid& grid, uint32_t seed) {
   Volume volume{grid, std::vector<float>(grid.count())};
   for (size_t i = 0; i < volume.values.size(); ++i)
@@ -137,7 +137,7 @@ inline Volume noise_volume(const Grid& grid, uint32_t seed) {
   return volume;
 }
 
-/// Boxes of `edge` voxels, by turns 0 and 1000; `phase` swaps them.
+/// Boxes of `edge` voxels, alternately 0 and 1000; `phase` exchanges them.
 inline Volume checkerboard(const Grid& grid, int edge, int phase) {
   Volume volume{grid, std::vector<float>(grid.count())};
   for (int k = 0; k < grid.size.z; ++k)

@@ -15,7 +15,7 @@
 #include "tests/support/random.h"
 #include "tests/support/tolerances.h"
 
-/// What is decided on the CPU before and between the work of the device.
+/// What the CPU decides before the device works and between its steps.
 namespace palpate::test {
 namespace {
 
@@ -40,7 +40,7 @@ TEST(BrickList, CoversEveryCellOnceAtAnySize) {
   }
 }
 
-/// A row of six bricks of structured, still cells.
+/// A row of six bricks of still cells with structure.
 class ActiveBricks : public ::testing::Test {
  protected:
   BrickList active() const { return active_bricks(bricks, looks, cells, rule); }
@@ -57,7 +57,8 @@ TEST_F(ActiveBricks, AreNoneWhenNothingMoves) {
 
 TEST_F(ActiveBricks, AreThoseThatMoveAndTheirNeighboursInOrder) {
   looks[0].moved = 0.02F;
-  looks[4].moved = 0.0101F;  // just enough
+  // Just enough to count as moved.
+  looks[4].moved = 0.0101F;
   looks[2].moved = 0.0099F;
   EXPECT_THAT(active(), ElementsAre(brick(0, 0, 0), brick(1, 0, 0), brick(3, 0, 0), brick(4, 0, 0),
                                     brick(5, 0, 0)));
@@ -93,7 +94,8 @@ TEST(MotionPreset, ExistsForEveryListedNameAndNoOther) {
   EXPECT_FALSE(motion_preset(""));
 }
 
-/// Cells whose difference is that of noise of a strength and of motion that was not found.
+/// Cells whose remaining difference comes from noise of a given strength and from a motion that was
+/// not found.
 std::vector<CellLeft> cells_left(double noise, double motion, size_t count, uint32_t seed) {
   Random random(seed);
   std::vector<CellLeft> cells;
@@ -129,16 +131,17 @@ TEST(MotionPlan, CountsTheImagesOfTheSecondWindow) {
   EXPECT_TRUE(yields(with, 0));
   EXPECT_FALSE(yields(with, 1));
   EXPECT_FALSE(yields(without, 0));
-  // Four images of fp16 cells, and what is read back of the level above.
+  // Four images of fp16 cells, and the result of the level above, which is read back.
   const glm::ivec3 cells = with.levels[0].cells, above = with.levels[1].cells;
   EXPECT_GE(solver_bytes(with) - solver_bytes(without),
             uint64_t(8) * (4 * uint64_t(cells.x * cells.y * cells.z) +
                            uint64_t(above.x * above.y * above.z)));
   two.coarse_levels = 1;
-  EXPECT_FALSE(yields(plan_motion(grid, two), 0));  // nothing coarser to judge by
+  // There is no coarser level to compare with.
+  EXPECT_FALSE(yields(plan_motion(grid, two), 0));
 }
 
-/// Grids that must all come to a sensible plan: thin, long, anisotropic, tiny, oblique.
+/// Grids for which a valid plan must exist: thin, long, anisotropic, tiny, oblique.
 std::vector<Grid> awkward_grids() {
   Grid oblique = oblique_grid();
   oblique.size = {130, 77, 31};
@@ -160,7 +163,7 @@ TEST(MotionPlan, CoversTheImageOnEveryLevel) {
       const Grid images = level_grid(plan, l), cells = field_grid(plan, l);
       EXPECT_EQ(images.size, level.image_size);
       EXPECT_EQ(cells.size, level.cells);
-      // The corner of the image, half a voxel before its first sample, stays where it is.
+      // The corner of the image, half a voxel outside its first sample, stays in place.
       const glm::dvec3 corner = grid.lps_from_index(glm::dvec3(-0.5));
       EXPECT_LT(glm::distance(images.lps_from_index(glm::dvec3(-0.5)), corner), 1e-9);
       EXPECT_LT(glm::distance(cells.lps_from_index(glm::dvec3(-0.5)), corner), 1e-9);
@@ -178,7 +181,7 @@ TEST(MotionPlan, ShrinksTowardsVoxelsOfEqualEdges) {
       plan_motion(plain_grid({256, 256, 32}, {0.5, 0.5, 4.0}), *motion_preset("balanced"));
   for (size_t l = 1; l < plan.levels.size(); ++l) {
     EXPECT_EQ(plan.levels[l].h_mm, 2.0 * plan.levels[l - 1].h_mm);
-    // Thick slices wait until the others have caught up, to within the step of two.
+    // Thick slices are halved only after the other axes have come within about one halving of them.
     const glm::dvec3 s = plan.levels[l].spacing_mm;
     if (s.z > 4.0) {
       EXPECT_GE(s.x, 0.5 * s.z / 1.42);
@@ -208,7 +211,7 @@ TEST(KthSmallest, IsWhatSortingPutsThere) {
   Random random(11);
   for (const size_t n : {size_t(1), size_t(2), size_t(1000)}) {
     std::vector<float> values;
-    // Of both signs and many magnitudes, most of them several times.
+    // Values of both signs and many magnitudes; most of them occur several times.
     for (size_t i = 0; i < n; ++i)
       values.push_back(float(std::round(random.draw(-8.0, 8.0)) *
                              std::pow(10.0, std::round(random.draw(-30.0, 30.0)))));
@@ -225,12 +228,13 @@ TEST(NoiseFloor, FollowsTheNoiseInScaledUnitsBetweenItsBounds) {
   for (size_t i = 0; i < 64000; ++i) {
     noisy.values.push_back(float(1000.0 + 30.0 * texture::gaussian_like(7, i)));
   }
-  // As if the range of intensities were 800, then 100000, then 80: 2.2 SDs are 0.0825, too little
-  // and too much. The SD of 54,872 correlated draws is good to 5 % (see NoiseSd).
+  // As for intensity ranges of 800, 100000 and 80: 2.2 SDs are 0.0825, then too small, then too
+  // large. The SD of 54,872 correlated draws is right to 5 % (see NoiseSd).
   EXPECT_NEAR(noise_floor(noisy, {0.0F, 1.0F / 800.0F}, 0.0), 0.0825, 0.05 * 0.0825);
   EXPECT_EQ(noise_floor(noisy, {0.0F, 1e-5F}, 0.0), 0.02);
   EXPECT_EQ(noise_floor(noisy, {0.0F, 1.0F / 80.0F}, 0.0), 0.25);
-  EXPECT_EQ(noise_floor(noisy, {0.0F, 1.0F / 800.0F}, 0.004), 0.004);  // asked for: taken as it is
+  // A value that the user sets is taken as it is.
+  EXPECT_EQ(noise_floor(noisy, {0.0F, 1.0F / 800.0F}, 0.004), 0.004);
 }
 
 TEST(IntensityScaling, RoundsToTheNearestHalfAndHoldsTheFarOut) {
@@ -241,7 +245,7 @@ TEST(IntensityScaling, RoundsToTheNearestHalfAndHoldsTheFarOut) {
     const float held = std::clamp(volume.values[i], -60.0F, 60.0F);
     EXPECT_EQ(halves.bits[i], glm::packHalf1x16(held)) << volume.values[i];
   }
-  // Below the normal numbers of fp16 it is zero.
+  // A value below the normal numbers of fp16 becomes zero.
   volume.values.assign(9, 1e-5F);
   EXPECT_EQ(scaled_halves(volume, {}).bits[0], 0);
 }
@@ -257,7 +261,8 @@ TEST(PlanSearches, ComeAfterEveryLevelAboveTheSecondAndInSmallVolumesToo) {
   EXPECT_THAT(levels(glm::ivec3(128)), ElementsAre(3, 2));
   EXPECT_THAT(levels(glm::ivec3(64)), ElementsAre(2));
   EXPECT_THAT(levels(glm::ivec3(48)), ElementsAre(1));
-  EXPECT_THAT(levels(glm::ivec3(24)), IsEmpty());  // a single level: nothing to begin it with
+  // There is a single level, so there is no coarse level to start from.
+  EXPECT_THAT(levels(glm::ivec3(24)), IsEmpty());
 }
 
 TEST(PlanSearches, ReachLessFarTheMoreNodesThereAre) {

@@ -113,7 +113,8 @@ TEST(InverseConsistency, OfTheHeartsTwoDirectionsIsInterpolationOnly) {
   const Grid grid = heart_grid(64);
   const auto error = inverse_consistency(shell_truth(grid, 0, 1), shell_truth(grid, 1, 0), grid);
   ASSERT_TRUE(error);
-  // Linear interpolation errs by h^2/8 |u''|; here h = 2 mm and |u''| up to about 0.05 / mm.
+  // The error of linear interpolation is h^2/8 |u''|; here h = 2 mm and |u''| up to about 0.05 /
+  // mm.
   EXPECT_LT(error->mm.max, 0.05);
   EXPECT_GT(error->mm.max, 0.0);
 }

@@ -9,7 +9,7 @@
 
 namespace palpate::test {
 
-/// A field with the value of a function of the LPS position at every sample.
+/// A field whose value at every sample is a function of the LPS position.
 template <class Function>
 Field field_of(const Grid& grid, const Function& u_mm) {
   Field field = still_field(grid);
@@ -30,7 +30,7 @@ Volume volume_of(const Grid& grid, const Function& value) {
   return volume;
 }
 
-/// size^3 samples; the first lies at the LPS origin.
+/// size^3 samples; the first is at the LPS origin.
 inline Grid grid_at_origin(int size, double spacing_mm = 1.0) {
   Grid grid;
   grid.size = glm::ivec3(size);
@@ -38,7 +38,7 @@ inline Grid grid_at_origin(int size, double spacing_mm = 1.0) {
   return grid;
 }
 
-/// Every sample inside, or all but a border of `margin` samples outside.
+/// A mask of all samples but a border of `margin` samples.
 inline Mask whole(const Grid& grid, int margin = 0) {
   Mask mask{grid, std::vector<uint8_t>(grid.count())};
   for (int k = margin; k < grid.size.z - margin; ++k)

@@ -18,8 +18,7 @@ using test::oblique_grid;
 // A determinant of order one from float differences of displacements of up to 50 mm over 0.7 mm.
 constexpr double kFloatDet = 1e-4;
 
-/// The definition, voxel by voxel in double precision and in LPS axes: what folds() must agree
-/// with.
+/// The definition, voxel by voxel in double precision and in LPS axes: the oracle of folds().
 Folds plain_folds(const Field& u) {
   const Grid& g = u.grid;
   Folds result;
@@ -80,7 +79,7 @@ TEST(Folds, AgreeWithTheDefinitionOnRandomFields) {
     const Folds expected = plain_folds(u);
     EXPECT_GT(expected.folded, 0u);
     EXPECT_LT(expected.folded, expected.voxels);
-    // A determinant within rounding of zero may fall on either side.
+    // A determinant within rounding of zero may be on either side.
     EXPECT_NEAR(double(found.folded), double(expected.folded), 1.0) << "seed " << seed;
     EXPECT_NEAR(found.min_det, expected.min_det, kFloatDet) << "seed " << seed;
   }
@@ -89,8 +88,8 @@ TEST(Folds, AgreeWithTheDefinitionOnRandomFields) {
 TEST(Folds, SeesTheFoldBetweenTwoSamplesThatCentralDifferencesMiss) {
   Field u = still_field(test::grid_at_origin(9));
   u.u_mm[u.grid.offset(4, 4, 4)] = {1.5F, 0.0F, 0.0F};
-  // Sample 4 jumps over sample 5: the difference there is -1.5 mm per mm, the central one only
-  // -0.75.
+  // Sample 4 moves past sample 5: the one-sided difference there is -1.5 mm per mm, the central one
+  // only -0.75.
   const Folds found = folds(u);
   EXPECT_GT(found.folded, 0u);
   EXPECT_NEAR(found.min_det, -0.5, kFloatDet);
@@ -123,7 +122,7 @@ TEST(Folds, WorkOnASingleSliceAndASingleSample) {
 }
 
 TEST(Folds, SdOfLogDetIsThatOfTwoHalvesOfDifferentGrowth) {
-  // u = +-g x on either side of x = 20: det 1.2 and 0.8 for half the samples each.
+  // u = +-g x on either side of x = 20: det is 1.2 for half of the samples and 0.8 for the others.
   const Field u = field_of(test::grid_at_origin(41), [](glm::dvec3 p) {
     const double x = p.x - 20.0;
     return glm::dvec3(x > 0.0 ? 0.2 * x : -0.2 * x, 0.0, 0.0);

@@ -30,7 +30,8 @@ TEST(InverseOf, AShiftIsTheOppositeShift) {
 }
 
 TEST(InverseOf, ALinearMapIsTheInverseMatrixEvenWhereTheFixedPointDiverges) {
-  // x + u = (I + a) x with |a| > 1: the plain fixed point runs away, Newton does not.
+  // x + u = (I + a) x with |a| > 1: the plain fixed-point iteration diverges, Newton's method does
+  // not.
   const glm::dmat3 a(1.4, 0.2, 0.0, -0.2, 1.2, 0.1, 0.0, 0.0, 0.3);
   Grid grid = grid_at_origin(31);
   grid.origin_mm = glm::dvec3(-15.0);
@@ -51,7 +52,7 @@ TEST(InverseOf, TheHeartsBeatIsTheBeatBack) {
   const auto error = endpoint_error(inverse.w, shell_truth(grid, 2, 0));
   ASSERT_TRUE(error);
   // Linear interpolation of u at 2 mm: h^2/8 |u''| with |u''| up to about 0.1 / mm for the whole
-  // stroke.
+  // motion.
   EXPECT_LT(error->mm.max, 0.1);
 }
 
@@ -84,7 +85,7 @@ TEST(InverseOf, OfAFoldedFieldTheResidualSaysHowFarItHolds) {
         const size_t n = u.grid.offset(i, j, k);
         const glm::dvec3 w = glm::dvec3(inverse.w.u_mm[n]);
         const double gap = glm::length(w + sample_at_lps(u, glm::dvec3(i, j, k) + w));
-        // w is stored in float and the field is steep: up to four mm per mm here.
+        // w is stored in float and the field is steep here: up to 4 mm per mm.
         ASSERT_NEAR(gap, double(inverse.residual_mm[n]), 1e-5);
         missed += inverse.residual_mm[n] > 1e-3F;
       }
@@ -96,7 +97,8 @@ TEST(InverseOf, NotANumberIsReportedAndDoesNotSpread) {
   u.u_mm[u.grid.offset(8, 8, 8)].x = std::numeric_limits<float>::quiet_NaN();
   const Inverse inverse = inverse_of(u, u.grid);
   EXPECT_GT(inverse.unconverged, 0u);
-  EXPECT_LT(inverse.unconverged, 28u);  // only what a cell around the broken sample can touch
+  // At most the samples whose cell contains the broken sample.
+  EXPECT_LT(inverse.unconverged, 28u);
   EXPECT_LT(inverse.residual_mm[u.grid.offset(12, 8, 8)], 1e-3F);
 }
 

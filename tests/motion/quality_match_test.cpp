@@ -25,8 +25,8 @@ Volume with_noise(Volume volume, double sd, uint32_t seed) {
 
 TEST(NoiseSd, OfPureNoiseIsItsSd) {
   const Volume flat = volume_of(grid_at_origin(40), [](glm::dvec3) { return 100.0; });
-  // 54,872 correlated draws: the MAD is good to about 1 %; four draws are not quite Gaussian,
-  // another 2 %.
+  // 54,872 correlated draws: the MAD is right to about 1 %. Sums of four draws are not quite
+  // Gaussian: another 2 %.
   EXPECT_NEAR(noise_sd(with_noise(flat, 7.0, 3)), 7.0, 0.35);
 }
 
@@ -44,7 +44,8 @@ TEST(NoiseSd, OfAConstantOrPaddedVolumeIgnoresThePadding) {
       for (int i = 0; i < 20; ++i) {
         flat.values[flat.grid.offset(i, j, k)] = noisy.at(i, j, k);
       }
-  EXPECT_NEAR(noise_sd(flat), 10.0, 1.5);  // 2,400 samples, and those at the edge of the padding
+  // 2,400 samples, and those at the edge of the padding.
+  EXPECT_NEAR(noise_sd(flat), 10.0, 1.5);
 }
 
 TEST(NoiseSd, WorksOnASingleSlice) {
@@ -62,7 +63,7 @@ TEST(Warped, ByAShiftOfWholeVoxelsPicksTheNeighbour) {
   EXPECT_FLOAT_EQ(found.at(4, 5, 6), moving.at(4, 7, 5));
 }
 
-/// A textured pair in which everything has moved by 4 mm.
+/// A textured pair in which all material moves by 4 mm.
 struct Pair {
   Grid grid = grid_at_origin(56);
   glm::dvec3 shift{0.0, 0.0, 4.0};
@@ -82,10 +83,10 @@ TEST(Match, OfTheTrueFieldIsHighAndOfNoneIsLow) {
   EXPECT_LT(found->correlation_before, 0.5);
   EXPECT_GT(found->correlation_before, -0.5);
   EXPECT_LT(found->mismatched, 0.01);
-  // The last of eight layers of blocks loses 4 of its 7 voxels.
+  // The last of eight layers of blocks loses 4 of its 7 voxels, so it is not compared.
   EXPECT_EQ(found->compared, found->textured - 64u);
   EXPECT_NEAR(found->leaving, 4.0 / 56.0, 0.01);
-  // What is left is the noise of both frames: 8 sqrt(2).
+  // The remaining difference is the noise of both frames: 8 sqrt(2).
   EXPECT_NEAR(found->difference_sd_after, 8.0 * std::sqrt(2.0), 0.4);
   EXPECT_GT(found->difference_sd_before, 50.0);
 }
@@ -101,8 +102,8 @@ TEST(Match, DoesNotFallWithGainOrBias) {
       }
   const auto plain = match(pair.fixed, pair.moving, pair.truth);
   const auto gained = match(pair.fixed, changed, pair.truth);
-  // The bias field of 1 % per voxel tilts a block of 7 by a few per cent of the mean, beside a
-  // texture of 20 %.
+  // A gain that changes by 1 % per voxel tilts a block of 7 by a few per cent of the mean; the
+  // texture has 20 %.
   EXPECT_NEAR(gained->correlation_after, plain->correlation_after, 0.05);
   EXPECT_GT(gained->difference_sd_after, 5.0 * plain->difference_sd_after);
 }
@@ -125,7 +126,8 @@ TEST(Match, OfAnEmptyOrNoiseFrameFindsNoStructure) {
   EXPECT_EQ(match(empty, pair.moving, still_field(pair.grid))->textured, 0u);
 }
 
-/// Noise that a scanner has blurred passes for texture: white noise is all that noise_sd() knows.
+/// Noise that a scanner has blurred looks like texture to the measure: noise_sd() measures white
+/// noise only.
 TEST(Match, IsNotLoweredByBlurredNoiseAroundTheBody) {
   const Grid grid = grid_at_origin(56);
   const auto body = [](glm::dvec3 p) { return p.x < 20.0 ? tissue_at(1, p) : 500.0; };
@@ -162,13 +164,13 @@ TEST(Match, SeesTheMotionThatIsLeftInVoxelsOfEachAxis) {
           field_of(grid, [&](glm::dvec3) { return glm::dvec3(missed, 0.0, 4.0 * thick_mm); });
       const auto found = match(fixed, moving, u);
       ASSERT_TRUE(found);
-      // A Gauss-Newton step, on structures of 5 voxels.
+      // The error of one Gauss-Newton step, on structures of 5 voxels.
       EXPECT_NEAR(found->motion_left_voxels, missed, 0.05 + 0.15 * missed);
     }
   }
 }
 
-/// Waves of 12 voxels cancel out in blocks of 21, whichever axis they run along.
+/// Waves of 12 voxels cancel in the mean over blocks of 21, along whichever axis they run.
 TEST(Match, SeesShortWavesThatItsMeanMissesAndNoNoise) {
   const Grid grid = grid_at_origin(56);
   const auto tissue = [](glm::dvec3 p) { return tissue_at(1, p); };
@@ -194,7 +196,8 @@ TEST(Match, SeesShortWavesThatItsMeanMissesAndNoNoise) {
     EXPECT_GT(share(waves(1.4)), 0.3);
     EXPECT_LT(share(waves(0.3)), 0.02);
   }
-  // What noise alone makes of a plane is taken away: without that a fifth of the blocks would move.
+  // The motion that noise alone would give a plane is subtracted: else a fifth of the blocks would
+  // count as moved.
   Volume blurred = with_noise(volume_of(grid, tissue), 8.0, 13);
   for (int k = 0; k < 56; ++k)
     for (int j = 0; j < 56; ++j)

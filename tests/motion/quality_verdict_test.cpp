@@ -19,7 +19,7 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::StartsWith;
 
-/// A heart between two beats with its true fields, to which single harms are done.
+/// Two frames of a heart with their true fields; each test damages one thing.
 class VerdictOnTheHeart : public ::testing::Test {
  protected:
   static constexpr int kSize = 64;
@@ -94,7 +94,7 @@ TEST_F(VerdictOnTheHeart, AFieldThatLeadsOutOfTheFrameFails) {
 }
 
 TEST_F(VerdictOnTheHeart, AnotherSubjectFails) {
-  // The other subject's heart lies 20 mm aside and has its own texture.
+  // The other subject's heart is 20 mm aside and has its own texture.
   Grid aside = grid_;
   aside.origin_mm.y += 20.0;
   Volume other = shell_phantom(aside, 4, 99).frames[1];
@@ -130,7 +130,7 @@ TEST_F(VerdictOnTheHeart, AWrongBackwardFieldIsNotOk) {
   EXPECT_THAT(found.reasons, Contains(HasSubstr("The inverse consistency error is")));
 }
 
-/// Evidence that passes everywhere, to which single measures are changed.
+/// Evidence that passes all checks; tests change single measures.
 Evidence good_evidence() {
   Evidence evidence;
   evidence.folds = Folds{1000, 0, 0.6, 0.1, 0};
@@ -257,7 +257,8 @@ TEST(VerdictOnASequence, IsThatOfItsWorstFrameWhichIsNamedFirst) {
   SequenceEvidence evidence;
   evidence.reference = 1;
   evidence.frames.assign(4, good_frame());
-  evidence.frames[1].evidence.match.reset();  // the reference is not compared with itself
+  // The reference frame is not compared with itself.
+  evidence.frames[1].evidence.match.reset();
   evidence.drift = Distances{};
   ASSERT_EQ(judged(evidence).trust, Trust::kOk) << told(judged(evidence));
   evidence.frames[0].evidence.match->motion_left_voxels = 0.4;

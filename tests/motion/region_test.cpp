@@ -8,7 +8,7 @@
 #include "tests/motion/made_pairs.h"
 #include "tests/motion/oracle/oracle.h"
 
-/// What a mask leaves of the work.
+/// The part of the work that remains with a mask.
 namespace palpate::test {
 namespace {
 
@@ -21,7 +21,7 @@ Mask box_mask(const Grid& grid, glm::ivec3 begin, glm::ivec3 end) {
   return mask;
 }
 
-/// Every eighth voxel of every seventh row of a slab: a mask full of holes.
+/// Every eighth voxel of every seventh row of a slab: a mask with many holes.
 Mask scattered_mask(const Grid& grid) {
   Mask mask{grid, std::vector<uint8_t>(grid.count())};
   oracle::for_each(grid.size, [&](glm::ivec3 i) {
@@ -50,12 +50,12 @@ TEST(Region, OfAMaskThatIsFullIsEverything) {
   }
 }
 
-/// On each level, for each voxel that counts: the 27 cells that its motion is interpolated from lie
-/// in the bricks. And no brick is there that holds no such cell.
+/// On each level: for each voxel that counts, the 27 cells from which its motion is interpolated
+/// are in listed bricks; and each listed brick contains such a cell.
 TEST(Region, WorksOnTheBricksThatCountingVoxelsReadAndNoOthers) {
   const Grid grid = plain_grid({150, 90, 100}, {1.0, 1.0, 1.5});
   const MotionPlan plan = plan_of(grid);
-  // One that ends with a brick's last cell, one that begins with a brick's first.
+  // A box that ends at a brick's last cell, and one that begins at a brick's first cell.
   for (const Mask& mask : {box_mask(grid, {62, 30, 5}, {64, 60, 40}),
                            box_mask(grid, {96, 34, 66}, {99, 40, 70}), scattered_mask(grid)}) {
     const Region region = region_of(plan, mask);

@@ -1,5 +1,5 @@
 // One motion for a whole sequence. Oracles: motions in closed form (translations, harmonics, the
-// phantom's own); fields that follow each other, which it must beat.
+// phantom's own); the chained fields of its steps, which must have a larger error.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -39,7 +39,7 @@ double largest_difference_mm(const Field& a, const Field& b) {
 }
 
 TEST(MotionOfSteps, GoesForwardAndBackwardFromItsReference) {
-  // Shifts add up: the sum of all of a cycle's steps is nothing.
+  // Shifts add up: the sum of all steps of a cycle is zero.
   const std::vector<glm::dvec3> at_mm = {
       {0, 0, 0}, {1, 0, 0.5}, {1, 2, 0}, {-1, 1, 0.25}, {0, -1, 0}};
   for (const bool cyclic : {true, false})
@@ -100,7 +100,8 @@ TEST(Harmonics, AreFoundExactlyAtUnevenTimes) {
 TEST(SequenceMotion, WithoutHarmonicsPassesThroughTheFramesAndItsVelocityDoesNotJump) {
   SequenceMotion motion;
   motion.basis.times_s = {0.0, 1.0, 3.0, 3.5};
-  // A parabola in time, which the curve is between frames that have neighbours on both sides.
+  // A parabola in time: the interpolation is exact for it between frames that have neighbours on
+  // both sides.
   const auto parabola = [](double t) { return glm::vec3(t * t - 2.0 * t, 0.5 * t, 0.0); };
   for (const double t : motion.basis.times_s) motion.terms.push_back(shift(parabola(t)));
   for (const double t : {0.0, 1.0, 1.3, 2.0, 2.9, 3.0, 3.5})
@@ -136,7 +137,7 @@ TEST(SequenceMotion, TwoFramesGoToAndFro) {
 }
 
 TEST(TheReferenceFrame, IsTheOneNearestToTheMean) {
-  // Places of the material: 0, 1, 9, 4, 3 mm; the sum of distances is least from 3.
+  // Places of the material: 0, 1, 9, 4, 3 mm; the sum of the distances is smallest from 3.
   const std::vector<Field> steps = {shift({1, 0, 0}), shift({8, 0, 0}), shift({-5, 0, 0}),
                                     shift({-1, 0, 0})};
   EXPECT_EQ(frame_nearest_the_mean(steps), 4U);
@@ -154,17 +155,17 @@ TEST(NeighbourConsensus, LeavesWhatAgreesAndHalvesWhatDoesNot) {
   }
   const auto kept = with_neighbours(direct, steps, backward, sure);
   for (size_t k = 0; k < 4; ++k) EXPECT_LT(largest_difference_mm(kept[k], direct[k]), 1e-5);
-  // One frame is wrong by 3 mm: it keeps a third of that, its neighbours get a third.
+  // One frame is wrong by 3 mm: a third of this remains there, and each neighbour gets a third.
   direct[1] = shift({places[1] + 3.0, 0, 0});
   const auto voted = with_neighbours(direct, steps, backward, {});
   EXPECT_NEAR(voted[1].u_mm[0].x, places[1] + 1.0, 1e-5);
   EXPECT_NEAR(voted[0].u_mm[0].x, places[0] + 1.0, 1e-5);
   EXPECT_NEAR(voted[3].u_mm[0].x, places[3], 1e-5);
-  // Where it is said not to be sure it counts for nearly nothing.
+  // Where its confidence is zero it has nearly no weight.
   for (float& c : sure[1].values) c = 0.0F;
   const auto weighted = with_neighbours(direct, steps, backward, sure);
   EXPECT_LT(std::abs(weighted[1].u_mm[0].x - places[1]), 0.1);
-  // Not cyclic: the ends have one neighbour.
+  // Not cyclic: the frames at the ends have one neighbour.
   const auto open =
       with_neighbours(direct, std::span(steps).first(3), std::span(backward).first(3), {});
   EXPECT_NEAR(open[0].u_mm[0].x, places[0] + 1.5, 1e-5);
@@ -179,7 +180,7 @@ TEST(NeighbourConsensus, DoesNotJumpWhereConfidenceDoes) {
     for (glm::vec3& u : field.u_mm) u.x = x_mm;
     return field;
   };
-  // The frame in the middle disagrees by 6 mm; it is sure on one half and not on the other.
+  // The frame in the middle differs by 6 mm; it has confidence on one half and none on the other.
   const std::vector<Field> direct = {moved(0.0F), moved(6.0F), moved(0.0F)};
   const std::vector<Field> steps(2, moved(0.0F));
   std::vector<Confidence> sure(3, {grid, std::vector<float>(grid.count(), 1.0F)});
@@ -219,7 +220,7 @@ TEST(ConsecutiveFields, AreThoseBetweenThePlacesOfTheFrames) {
   EXPECT_LT(largest_difference_mm(consecutive_field(motion, 2), shift({1, 0, -2})), 5e-3);
 }
 
-/// Mean over all ordered pairs of frames of how far the material on the wall is put wrong, voxels.
+/// Mean position error of the material on the wall over all ordered pairs of frames, voxels.
 double all_pairs_voxels(const std::vector<Field>& at_frame, int frames, const Grid& grid) {
   double sum = 0.0;
   size_t count = 0;
@@ -286,7 +287,8 @@ TEST_F(MotionOfASequence, IsMoreAccurateThanFieldsThatFollowEachOtherAndDoesNotD
   std::printf("all pairs, voxels: one motion %.3f, fields that follow each other %.3f\n", ours,
               paper);
   EXPECT_LT(ours, 0.8 * paper);
-  // The fields made from it close the cycle; those that were found alone do not.
+  // Consecutive fields from the one motion close the cycle; the fields that were estimated alone do
+  // not.
   std::vector<Field> closed;
   for (size_t k = 0; k < kFrames; ++k) closed.push_back(consecutive_field(*motion, k));
   const auto drift = cycle_drift(closed, grid), before = cycle_drift(steps, grid);
@@ -295,7 +297,7 @@ TEST_F(MotionOfASequence, IsMoreAccurateThanFieldsThatFollowEachOtherAndDoesNotD
 }
 
 TEST_F(MotionOfASequence, IsBetterOfTheMeanOfSeveralCycles) {
-  // The same movement again and again, with other noise each time.
+  // The same motion in each cycle, with new noise each time.
   constexpr int kFrames = 8;
   const Grid grid = heart_grid(40);
   SequenceMotionOptions options;
@@ -330,7 +332,7 @@ TEST_F(MotionOfASequence, IsBetterOfTheMeanOfSeveralCycles) {
 }
 
 TEST_F(MotionOfASequence, OfSingleSlicesKeepsItsHigherHarmonics) {
-  // Twice to and fro in a cycle: one harmonic alone would say that nothing moves.
+  // Back and forth twice per cycle: a single harmonic can not represent this.
   constexpr int kFrames = 8;
   Grid grid;
   grid.size = {64, 64, 1};
@@ -368,7 +370,7 @@ TEST_F(MotionOfASequence, OfSingleSlicesKeepsItsHigherHarmonics) {
   }
 }
 
-/// One motion of these frames, and what was met.
+/// One motion of these frames, its report and the events of the estimation.
 struct Estimate {
   SequenceMotion motion;
   SequenceReport report;
@@ -397,7 +399,7 @@ std::string all_of(const std::vector<std::string>& sentences) {
 }
 
 TEST_F(MotionOfASequence, ThatDoesNotLeadBackIsNoCycle) {
-  // Half a beat: the step from the last frame to the first is nearly the whole way.
+  // Half a beat: the motion from the last frame to the first is nearly the whole way back.
   const Grid grid = heart_grid(48);
   Sequence half = shell_phantom(grid, 12);
   half.frames.resize(6);

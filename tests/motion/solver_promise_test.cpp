@@ -5,14 +5,14 @@
 #include "tests/motion/solver_test.h"
 #include "tests/support/tolerances.h"
 
-/// What the estimation promises on any data, true or not: no folds, the same bits every time, and
-/// no influence of one estimation on another.
+/// What the estimation guarantees for any data, meaningful or not: no folds, equal bits in every
+/// run, and no influence of one estimation on another.
 namespace palpate::test {
 namespace {
 
 class SolverPromise : public SolverTest {
  protected:
-  /// The field as a file would have it: at every voxel of the image.
+  /// Tests the field as it is written to files: at every voxel of the image.
   void expect_no_folds(const Volume& fixed, const Volume& moving, const std::string& what) {
     for (const std::string name : {"fast", "balanced", "best"}) {
       SCOPED_TRACE(what + ", " + name);
@@ -61,8 +61,8 @@ TEST_F(SolverPromise, NoFoldsBetweenCheckerboardsThatSwap) {
                     "edge " + std::to_string(edge));
 }
 
-/// Hardly any smoothing, so that the estimation does fold and only the repair stands between that
-/// and the result: on a cube, on thick slices, on two and on a single one.
+/// So little smoothing that the estimation folds and only the repair removes the folds: on a cube,
+/// on thick slices, on two slices and on a single one.
 TEST_F(SolverPromise, NoFoldsAreLeftWhereTheEstimationItselfFolds) {
   const std::array<Grid, 4> grids = {plain_grid({48, 40, 36}),
                                      plain_grid({40, 36, 9}, {0.7, 0.8, 4.0}),
@@ -80,7 +80,7 @@ TEST_F(SolverPromise, NoFoldsAreLeftWhereTheEstimationItselfFolds) {
     EXPECT_EQ(motion.report.folded_cells, 0U);
     const Folds found = folds(resampled(motion.field, grid));
     EXPECT_EQ(found.folded, 0U);
-    // The limit itself, but for the rounding of the interpolation on either side.
+    // The limit itself, with a margin for the rounding of the interpolation.
     EXPECT_GT(found.min_det, 0.5 * options.motion.min_determinant);
   }
 }

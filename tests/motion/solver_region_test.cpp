@@ -10,11 +10,11 @@
 #include "tests/motion/solver_test.h"
 #include "tests/support/tolerances.h"
 
-/// Estimations of which a mask leaves a part.
+/// Estimations of which a mask leaves only a part.
 namespace palpate::test {
 namespace {
 
-/// A pair and a cube in it that counts, small against it.
+/// A pair and a mask of a cube that is small relative to the frames.
 class SolverRegion : public SolverTest {
  protected:
   void make(glm::dvec3 shift_mm, glm::ivec3 begin, glm::ivec3 end, MotionOptions options) {
@@ -109,7 +109,7 @@ TEST_F(SolverRegion, FindsTheSameFieldInItsBricksAsWithWholeImages) {
   for (size_t i = 0; i < found[0].u_mm.size(); ++i) EXPECT_EQ(found[0].u_mm[i], found[1].u_mm[i]);
 }
 
-// Where a device loads single texels from storage images, the numbers are those of fetches.
+// On devices that load single texels from storage images, the result equals that of fetches.
 TEST_F(SolverRegion, FindsTheSameFieldHoweverTexelsAreRead) {
   for (const char* preset : {"balanced", "classic"}) {
     MotionOptions options = *motion_preset(preset);
@@ -148,7 +148,7 @@ TEST_F(SolverRegion, SaysSoWhenSomethingMovesOutOfReachAndTheEstimatorPreparesMo
   ASSERT_TRUE(report);
   EXPECT_TRUE(report->out_of_reach);
 
-  // There and back, so that a frame is prepared again that was fixed and one that was moving.
+  // With the way back, so that both a former fixed and a former moving frame are prepared again.
   EstimatorOptions masked;
   masked.motion = options;
   masked.mask = mask;
@@ -185,7 +185,7 @@ TEST_F(SolverRegion, CostsTheBricksThatCountAndIsAsExactThere) {
   const PairMotion whole = motion_of(pair.fixed, pair.moving, options);
   options.mask = mask;
   const PairMotion part = motion_of(pair.fixed, pair.moving, options);
-  // The cube and a cell of 4 voxels around it fill one of the finest level's 4 x 3 x 3 bricks.
+  // The cube and a cell of 4 voxels around it need one of the finest level's 4 x 3 x 3 bricks.
   const LevelReport &most = whole.report.levels.back(), &less = part.report.levels.back();
   EXPECT_GE(most.brick_iterations, 36.0);
   EXPECT_LE(less.brick_iterations, 1.0 * less.iterations);

@@ -3,13 +3,14 @@
 #include "compute/vulkan/context.h"
 #include "tests/motion/solver_test.h"
 
-/// Estimations on devices that pretend to be too small for whole images.
+/// Estimations with memory limits too small for whole images.
 namespace palpate::test {
 namespace {
 
 using SolverSlabs = SolverTest;
 
-// Sums of fp16 equations come in another order; the filter passes such a last bit on, no more.
+// Sums of fp16 equations are added in another order; the filter only passes this difference in the
+// last bit on.
 constexpr double kSameMeanVoxels = 0.005;
 constexpr double kSameP99Voxels = 0.05;
 
@@ -21,7 +22,7 @@ std::shared_ptr<vulkan::Context> small_device(uint64_t bytes) {
 }
 
 MadePair tall_pair() {
-  // Motion along k carries partners across the cuts.
+  // Motion along k moves partners across the cuts.
   AffineMap map;
   map.linear = glm::dmat3(1.02, 0.0, 0.01, 0.0, 0.99, 0.02, 0.0, -0.02, 1.03);
   map.shift_mm = {1.5, -2.0, 6.0};
@@ -34,7 +35,7 @@ TEST_F(SolverSlabs, GiveTheSameFieldAsWholeImages) {
   const MadePair pair = tall_pair();
   const EstimatorOptions options = preset("balanced");
   const PairMotion whole = motion_of(pair.fixed, pair.moving, options);
-  // The step for sliding borders goes before anything is cut.
+  // The step for sliding borders is left out before images are cut.
   const uint64_t needed =
       plan_motion(pair.fixed.grid, on_solved_cells(options.motion)).device_bytes;
   size_t most = 1;
@@ -57,12 +58,13 @@ TEST_F(SolverSlabs, GiveTheSameFieldAsWholeImages) {
   }
 }
 
-/// Slabs do without the step for sliding borders, which needs whole images, and without its memory;
-/// what the plan says of that is what the device gives.
+/// With slabs the step for sliding borders, which needs whole images, and its memory are left out;
+/// the plan and the device agree on the memory.
 TEST_F(SolverSlabs, DoWithoutTheStepForSlidingBordersAndItsMemory) {
   const MadePair pair = tall_pair();
   EstimatorOptions options = preset("balanced");
-  options.cyclic = true;  // keeps three frames
+  // Three frames are kept.
+  options.cyclic = true;
   const auto peak = [&](const MotionPlan& plan) {
     const auto device = small_device(plan.device_bytes);
     const auto estimator = SequenceEstimator::open(
@@ -83,11 +85,11 @@ TEST_F(SolverSlabs, DoWithoutTheStepForSlidingBordersAndItsMemory) {
   MotionPlan without = plan_motion(pair.fixed.grid, options.motion, true);
   const double peak_without = peak(without);
   EXPECT_LT(without.field.count(), with.field.count());
-  // A fiftieth of the plan is for the alignment of allocations.
+  // A fiftieth of the plan is reserved for the alignment of allocations.
   EXPECT_NEAR(peak_with - peak_without, double(with.device_bytes - without.device_bytes) / 1.02,
               0.01 * peak_with);
 
-  // Without a cycle the first frame goes when the third one comes.
+  // Without a cycle the first frame is released when the third one arrives.
   options.cyclic = false;
   const MotionPlan open = plan_motion(pair.fixed.grid, options.motion);
   EXPECT_NEAR(peak_without - peak(open), double(without.device_bytes - open.device_bytes) / 1.02,
@@ -95,7 +97,7 @@ TEST_F(SolverSlabs, DoWithoutTheStepForSlidingBordersAndItsMemory) {
   EXPECT_GT(double(without.device_bytes - open.device_bytes),
             8.0 * double(pair.fixed.grid.count()));
 
-  // Left out before anything is cut, and before the way back takes its place.
+  // The step is left out before images are cut, and before the way back uses its memory.
   MotionPlan whole = with;
   ASSERT_TRUE(fit_into(whole, without.device_bytes));
   EXPECT_FALSE(has_sliding_step(whole));
@@ -117,12 +119,13 @@ TEST_F(SolverSlabs, DoWithoutTheStepForSlidingBordersAndItsMemory) {
   EXPECT_EQ(with.field.size, without.field.size);
 }
 
-/// Where the finest level yields, the second window sees the same sums too.
+/// With a finest level that yields, the second window gets the same sums too.
 TEST_F(SolverSlabs, GiveTheSameFieldWhereTheWindowYields) {
   const MadePair pair = wave_pair(plain_grid({40, 44, 150}), 0.8, 18.0);
   EstimatorOptions options = preset("balanced");
   options.motion.yield.window = 2.5;
-  options.motion.sliding.cell = 0;  // what follows on whole images only
+  // The step needs whole images.
+  options.motion.sliding.cell = 0;
   const PairMotion whole = motion_of(pair.fixed, pair.moving, options);
   const uint64_t needed = plan_motion(pair.fixed.grid, options.motion).device_bytes;
   const auto device = small_device(needed * 8 / 10);
@@ -135,7 +138,7 @@ TEST_F(SolverSlabs, GiveTheSameFieldWhereTheWindowYields) {
   EXPECT_LT(apart->voxels.p99, kSameP99Voxels);
 }
 
-/// The way back may cost nothing else: it is left out before anything is cut for it.
+/// The way back must not cost anything else: it is left out before images are cut for it.
 TEST_F(SolverSlabs, LeaveTheWayBackOutWhereItDoesNotFit) {
   const MadePair pair = tall_pair();
   EstimatorOptions options = preset("balanced");

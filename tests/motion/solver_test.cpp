@@ -5,8 +5,8 @@
 #include "compute/volume/phantom.h"
 #include "tests/support/tolerances.h"
 
-/// Whole estimations of motions that are known in closed form. The truth is trusted to float
-/// rounding, the phantom's likewise; what is tolerated is the method's own error (tolerances.h).
+/// Whole estimations of motions that are given by a formula. The truth is exact to float rounding,
+/// also the phantom's; the tolerances are for the method's own error (tolerances.h).
 namespace palpate::test {
 namespace {
 
@@ -37,8 +37,9 @@ TEST_F(Solver, FindsATranslationByMoreThanTheStructuresAreWide) {
   expect_found(made_pair(plain_grid({56, 56, 48}), map), "balanced");
 }
 
-/// An organ that moves by 20 voxels past still tissue: coarse levels average the two, and what they
-/// leave unexplained is searched. Where they explain all, the search must not change anything.
+/// An organ that moves by 20 voxels past still tissue: coarse levels average the two motions, and
+/// the discrete start searches where they leave a difference. Where they leave none, the search
+/// must not change anything.
 TEST_F(Solver, SearchesForMotionThatCoarseLevelsLeaveUnexplained) {
   EstimatorOptions searching = preset("balanced");
   searching.motion.sliding.cell = 0;
@@ -63,8 +64,8 @@ TEST_F(Solver, SearchesForMotionThatCoarseLevelsLeaveUnexplained) {
             1.02 * error_voxels(plain, motion_of(plain.fixed, plain.moving, not_searching)).mean);
 }
 
-/// Waves shorter than the window: it averages them away, unless it yields to what the level above
-/// could not explain. Where nothing is left unexplained it must not change anything.
+/// Waves shorter than the window, which averages them away unless it yields where the level above
+/// left a difference. Where none is left, this must not change anything.
 TEST_F(Solver, YieldsToWavesThatAreShorterThanItsWindow) {
   EstimatorOptions yielding = preset("balanced"), stiff = yielding;
   yielding.motion.yield.window = 2.5;
@@ -83,8 +84,8 @@ TEST_F(Solver, YieldsToWavesThatAreShorterThanItsWindow) {
             1.1 * error_voxels(plain, motion_of(plain.fixed, plain.moving, stiff)).mean);
 }
 
-/// An organ that slides past a still wall: the step that compares intensities puts the border where
-/// it is, on both sides, whatever the gain between the frames, and nothing folds.
+/// An organ that slides past a still wall: the step that compares intensities puts the border in
+/// its place, on both sides, with any gain between the frames, and no cell folds.
 TEST_F(Solver, PutsTheBorderOfASlidingOrganInItsPlace) {
   SlidingPhantom slide = sliding_phantom();
   const EstimatorOptions with = preset("balanced");
@@ -114,7 +115,7 @@ TEST_F(Solver, PutsTheBorderOfASlidingOrganInItsPlace) {
   EXPECT_LT(brighter.second, 1.1 * kSlidingWallMean);
 }
 
-/// Where nothing slides the step takes nothing over: it only reads the field on finer cells.
+/// Where nothing slides the step takes no candidate; it only resamples the field on finer cells.
 TEST_F(Solver, TakesNothingOverWhereTheMotionIsSmooth) {
   const Grid grid = plain_grid({64, 60, 56});
   AffineMap map;
@@ -160,14 +161,14 @@ TEST_F(Solver, GivesMillimetresAlongLpsOnAnObliqueAnisotropicGrid) {
   const MadePair pair = made_pair(grid, map);
   expect_found(pair, "balanced");
 
-  // Said once more without any of our own measures: u in the middle is the shift.
+  // The same without the project's own measures: u in the middle is the shift.
   const PairMotion motion = motion_of(pair.fixed, pair.moving, preset("balanced"));
   const glm::dvec3 u = sample_at_lps(motion.field, middle_of(grid));
   EXPECT_LT(glm::distance(u, map.shift_mm), kRigidP95 * grid.finest_mm());
 }
 
-/// A slice in any orientation, thinner or thicker than its pixels are wide, with noise as a scanner
-/// has it: in-plane motion is found, and there is none across.
+/// A slice in any orientation, thinner or thicker than its pixels are wide, with noise as from a
+/// scanner: the in-plane motion is found, and no motion across the plane.
 TEST_F(Solver, FindsTheMotionInASingleSliceOfAnyOrientation) {
   for (int across = 0; across < 3; ++across) {
     for (const double thick_mm : {0.3, 1.0, 8.0}) {
@@ -242,7 +243,7 @@ TEST_F(Solver, IsNotMisledByWhatLiesOutsideTheMask) {
   AffineMap map;
   map.shift_mm = {1.2, -0.8, 0.5};
   MadePair pair = made_pair(plain_grid({48, 48, 48}), map);
-  // In the upper half of x the frames have nothing to do with each other.
+  // In the upper half of x the frames are unrelated.
   const Volume other = noise_volume(pair.fixed.grid, 9);
   EstimatorOptions options = preset("balanced");
   options.mask = Mask{pair.fixed.grid, std::vector<uint8_t>(pair.fixed.grid.count())};
@@ -260,8 +261,8 @@ TEST_F(Solver, IsNotMisledByWhatLiesOutsideTheMask) {
   EXPECT_LT(error->voxels.p95, kRigidP95);
 }
 
-/// Half of what is inside the mask in fixed lies outside it in moving. Measured: mean 0.03; 0.37 if
-/// what lies outside in moving is left out too.
+/// Half of the material inside the fixed frame's mask moves out of it. Measured: mean 0.03; 0.37 if
+/// partners outside the mask are left out too.
 TEST_F(Solver, FollowsWhatMovesOutOfTheMask) {
   AffineMap map;
   map.shift_mm = {6.0, 0.0, 0.0};

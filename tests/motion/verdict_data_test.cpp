@@ -1,5 +1,5 @@
-// The verdict on real data: pairs whose motion is known or real, and failures made of them. The
-// oracle is the known motion; where a pair shows two different things there is none to find.
+// The verdict on real data: pairs with known motion, real pairs, and failures made of them. The
+// oracle is the known motion; a pair of two different objects has no true motion.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ struct KnownPair {
   Mask mask;    ///< where to score; empty: everywhere
 };
 
-/// An error that nobody would call wrong, voxels of the finest axis.
+/// An error below this counts as right, voxels of the finest axis.
 constexpr double kRight = 0.5;
 
 const char* const kKit[] = {"bodypet_affine",    "bodypet_breathing", "chestct_breathing",
@@ -64,7 +64,7 @@ double voxels_off(const Field& u, const KnownPair& pair) {
   return count > 0.0 ? sum / count / pair.fixed.grid.finest_mm() : NAN;
 }
 
-/// The means of blocks of 2 x 2 x 2 voxels; no axis gets fewer than 16.
+/// The means of blocks of 2 x 2 x 2 voxels; an axis with fewer than 32 voxels is kept.
 Volume halved(const Volume& from) {
   const glm::ivec3 block =
       glm::mix(glm::ivec3(1), glm::ivec3(2), glm::greaterThanEqual(from.grid.size, glm::ivec3(32)));
@@ -118,8 +118,7 @@ class VerdictOnRealData : public test::SolverTest {
     std::snprintf(name, sizeof(name), "frame_%02d.mha", k);
     return value_of(files::read_volume(data_ / "heart_cine" / name));
   }
-  /// A frame of each anatomy, on half as many voxels along each axis: dozens of pairs are made of
-  /// them.
+  /// A frame of each anatomy, at half the resolution along each axis; many pairs are made of them.
   std::map<std::string, Volume> bodies() const {
     std::map<std::string, Volume> all = {{"lung", halved(lung().fixed)}, {"cine", halved(cine(0))}};
     for (const char* name : {"bodypet_affine", "chestct_breathing", "headmr_waves",
@@ -128,7 +127,7 @@ class VerdictOnRealData : public test::SolverTest {
     return all;
   }
 
-  /// Solves as the program does, and judges.
+  /// Estimates as the program does, and gives the verdict.
   Trust solved(const std::string& name, const KnownPair& pair, const char* with = "balanced") {
     EstimatorOptions options = preset(with);
     options.backward = true;
@@ -138,13 +137,13 @@ class VerdictOnRealData : public test::SolverTest {
     return told(name, u, pair,
                 examined(pair.fixed, pair.moving, u, &*motion.backward, &motion.confidence));
   }
-  /// Judges a field by its frames alone, as 'palpate check' does.
+  /// The verdict on a field from its frames alone, as in 'palpate check'.
   Trust given(const std::string& name, const Field& field, const KnownPair& pair) {
     const Field u = resampled(field, pair.fixed.grid);
     return told(name, u, pair, examined(pair.fixed, pair.moving, u));
   }
 
-  /// One row of the table in docs/decisions/motion-engine.md.
+  /// Prints one row of the table in docs/decisions/motion-engine.md.
   Trust told(const std::string& name, const Field& u, const KnownPair& pair,
              const Result<Evidence>& evidence) {
     const Evidence e = value_of(evidence);
@@ -169,7 +168,7 @@ class VerdictOnRealData : public test::SolverTest {
   double error_ = NAN;  ///< of the last one told
 };
 
-/// Another volume stretched onto a grid.
+/// Another volume, resampled to fill a grid.
 Volume stretched(const Volume& from, const Grid& onto) {
   Volume result{onto, std::vector<float>(onto.count())};
   const glm::dvec3 step = glm::dvec3(from.grid.size - 1) / glm::dvec3(glm::max(onto.size - 1, 1));
@@ -180,7 +179,7 @@ Volume stretched(const Volume& from, const Grid& onto) {
   return result;
 }
 
-/// The values at index_of(index) of the volume.
+/// The volume with its voxels in another order: the value at index is that at index_of(index).
 template <class Index>
 Volume rearranged(const Volume& from, const Index& index_of) {
   Volume result{from.grid, std::vector<float>(from.values.size())};
@@ -204,8 +203,8 @@ Field scaled(Field u, glm::vec3 by) {
   return u;
 }
 
-/// Where the error is known, "right" is below half a voxel. The others are neighbours in a cycle,
-/// or its ends, whose labels agree well (heart_cine's README).
+/// Where the error is known, "right" is below half a voxel. The other pairs are neighbours in a
+/// cycle, or its ends, whose labels agree well (heart_cine's README).
 TEST_F(VerdictOnRealData, HasNoMoreThanOneFalseAlarm) {
   int alarms = 0;
   const auto expect = [&](const std::string& name, const KnownPair& pair) {
@@ -308,7 +307,8 @@ TEST_F(VerdictOnRealData, NeverCallsWhatIsLostOkNorNoiseNorNothing) {
   EXPECT_GE(failures, 40U);
 }
 
-/// Fields that do not belong to their frames, or in other units or axes, judged without a way back.
+/// Fields that do not belong to their frames, or have other units or axes; the verdict is without a
+/// way back.
 TEST_F(VerdictOnRealData, NeverCallsAGivenFieldOkThatIsWrongByAVoxel) {
   std::map<std::string, KnownPair> pairs = {{"lung", lung()}};
   for (const char* name : kKit) pairs[name] = kit(name);
@@ -330,7 +330,7 @@ TEST_F(VerdictOnRealData, NeverCallsAGivenFieldOkThatIsWrongByAVoxel) {
     expect(name + ", axes swapped", pair, swapped);
     auto other = std::next(pairs.find(name));
     if (other == pairs.end()) other = pairs.begin();
-    // The other pair's field, stretched onto this one's grid and voxels.
+    // The other pair's field, resampled to this grid and scaled to its voxels.
     Field foreign = still_field(pair.fixed.grid);
     const Field& from = other->second.truth;
     const glm::dvec3 step = glm::dvec3(from.grid.size - 1) / glm::dvec3(pair.fixed.grid.size - 1);

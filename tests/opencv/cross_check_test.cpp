@@ -38,7 +38,7 @@ struct Shifted {
 };
 
 TEST(CrossCheck, ATrueShiftAgreesInAllOrientationsWithBothMethods) {
-  // 0.4 mm stay below the limit of half a voxel through the slices in every orientation.
+  // 0.4 mm are below the limit of half a voxel through the slices in every orientation.
   const Shifted pair{grid_at_origin(56), {0.4, -0.35, 0.3}};
   const auto check = cross_check(pair.fixed, pair.moving, pair.truth);
   ASSERT_TRUE(check);
@@ -47,8 +47,8 @@ TEST(CrossCheck, ATrueShiftAgreesInAllOrientationsWithBothMethods) {
     EXPECT_EQ(c.slices, 12u);
     EXPECT_EQ(c.pixels, 12u * 56u * 56u);
     EXPECT_GT(c.share(), 0.3);
-    // Known flow accuracy (0.05 to 0.3 pixel) plus what 0.4 voxel through the slice changes in
-    // 5-voxel structures.
+    // The known accuracy of optical flow (0.05 to 0.3 pixel), plus the effect of 0.4 voxel through
+    // the slice on structures of 5 voxels.
     EXPECT_LT(c.difference.voxels.median, 0.25) << c.normal_axis << ' ' << name(c.method);
   }
   EXPECT_EQ(check->agreement, Agreement::kAgree) << check->summary;
@@ -104,7 +104,7 @@ TEST(CrossCheck, HonoursSpacingAndDirection) {
   grid.spacing_mm = {0.9, 1.0, 2.4};
   grid.direction = test::some_rotation(6);
   grid.origin_mm = {10.0, -40.0, 25.0};
-  // Along the slow axis of the grid, which is no axis of LPS.
+  // Along the coarsest axis of the grid, which is not an axis of LPS.
   const glm::dvec3 shift_mm = grid.direction * glm::dvec3(0.2, 0.3, 2.0);
   const Shifted pair{grid, shift_mm};
   const auto check = cross_check(pair.fixed, pair.moving, pair.truth);
@@ -113,7 +113,8 @@ TEST(CrossCheck, HonoursSpacingAndDirection) {
     if (c.normal_axis == 2) continue;
     EXPECT_GT(c.compared, 2000u);
     EXPECT_NEAR(c.motion_voxels * 0.9, 2.0, 0.05);
-    // 5 mm structures on 2.4 mm slices are coarse for both methods: a third of a voxel of 0.9 mm.
+    // Structures of 5 mm are small for slices of 2.4 mm, for both methods: a third of a voxel of
+    // 0.9 mm.
     EXPECT_LT(c.difference.mm.median, 0.3) << name(c.method);
   }
 }

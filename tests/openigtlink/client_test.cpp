@@ -1,4 +1,4 @@
-// The client against a server that does everything wrong that a server can.
+// The client, with a server that makes every error a server can make.
 #include "integration/openigtlink/client.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ using test::Raw;
 using test::WireHeader;
 using test::WireImage;
 
-/// What a client heard.
+/// What a client received.
 class Heard {
  public:
   ClientOptions options() {
@@ -70,7 +70,7 @@ class ClientTest : public testing::Test {
     client_ = std::move(*client);
     ASSERT_TRUE(server_.accept_one());
   }
-  /// A whole image of its own samples.
+  /// A whole image whose samples have one value.
   static Raw image(uint32_t seconds, uint8_t value, const std::string& device = "Probe") {
     WireImage wire;
     wire.samples = Raw(24, value);
@@ -113,7 +113,7 @@ TEST_F(ClientTest, VersionsOneToThreeAreHeard) {
   EXPECT_DOUBLE_EQ(images[0].time_s, 101.5);
 }
 
-/// Each row is sent between two good images; both have to come, and it is named.
+/// Each row is sent between two good images; both must arrive, and the error must be named.
 TEST_F(ClientTest, WhatIsWrongIsLeftOutAndNamed) {
   start(heard_.options());
   WireImage other;
@@ -133,7 +133,8 @@ TEST_F(ClientTest, WhatIsWrongIsLeftOutAndNamed) {
   part.size = {5, 3, 2};
   part.samples = Raw(12, 1);
   Raw lying = test::extended(other.body(), {}, {});
-  lying[4] = 0xFF;  // the metadata's size
+  // The metadata's size.
+  lying[4] = 0xFF;
   const struct {
     const char* reason;
     Raw bytes;
@@ -196,7 +197,7 @@ Raw slice(int k, uint8_t value, uint32_t seconds) {
   return test::wire_message(header, part.body());
 }
 
-/// 12 samples of the one value, then 12 of the other.
+/// 12 samples of one value, then 12 of the other.
 std::vector<float> slices(float first, float second) {
   std::vector<float> values(24, first);
   std::fill(values.begin() + 12, values.end(), second);
@@ -205,19 +206,19 @@ std::vector<float> slices(float first, float second) {
 
 TEST_F(ClientTest, SlicesOfOneVolumeAreAnImageWhenAllHaveCome) {
   start(heard_.options());
-  // In any order; one that comes twice before the other is the newer one.
+  // In any order; if one comes twice before the other, the newer one counts.
   ASSERT_TRUE(server_.send(slice(1, 1, 100)));
   ASSERT_TRUE(server_.send(slice(1, 2, 100)));
   ASSERT_TRUE(server_.send(slice(0, 3, 100)));
   ASSERT_TRUE(came(1));
   EXPECT_EQ(heard_.images().back().volume.values, slices(3, 2));
   EXPECT_NE(heard_.notes().find("arrived twice"), std::string::npos) << heard_.notes();
-  // The next volume is none before its last slice.
+  // The next volume is complete only with its last slice.
   ASSERT_TRUE(server_.send(slice(0, 4, 101)));
   ASSERT_TRUE(server_.send(slice(1, 5, 101)));
   ASSERT_TRUE(came(2));
   EXPECT_EQ(heard_.images().back().volume.values, slices(4, 5));
-  // A slice was lost: the one before it stays.
+  // A slice was lost: the earlier one stays.
   ASSERT_TRUE(server_.send(slice(0, 6, 102)));
   ASSERT_TRUE(server_.send(slice(0, 7, 103)));
   ASSERT_TRUE(came(3));
@@ -225,7 +226,7 @@ TEST_F(ClientTest, SlicesOfOneVolumeAreAnImageWhenAllHaveCome) {
   ASSERT_TRUE(server_.send(slice(1, 8, 103)));
   ASSERT_TRUE(came(4));
   EXPECT_EQ(heard_.images().back().volume.values, slices(7, 8));
-  // A whole one after all, and slices into it.
+  // A whole image again, and slices that replace parts of it.
   ASSERT_TRUE(server_.send(slice(0, 9, 104)));
   ASSERT_TRUE(server_.send(image(105, 10)));
   ASSERT_TRUE(server_.send(slice(1, 11, 106)));
@@ -235,14 +236,14 @@ TEST_F(ClientTest, SlicesOfOneVolumeAreAnImageWhenAllHaveCome) {
   EXPECT_TRUE(client_->numbers().refused.empty());
 }
 
-/// The most memory that this process has had so far.
+/// The largest memory use of this process so far.
 long most_kb() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return usage.ru_maxrss;
 }
 
-/// 1 GiB of samples is claimed, and 6 bytes come: no memory is taken for the rest.
+/// A message claims 1 GiB of samples and has 6 bytes: no memory is allocated for the rest.
 TEST_F(ClientTest, PartsOfAHugeImageTakeOnlyTheMemoryThatCame) {
   start(heard_.options());
   const long before_kb = most_kb();
@@ -260,8 +261,8 @@ TEST_F(ClientTest, PartsOfAHugeImageTakeOnlyTheMemoryThatCame) {
   EXPECT_LT(most_kb() - before_kb, 100'000);
 }
 
-/// A sender that renews a region of an image that it never sent as a whole: that is said as soon as
-/// samples come again, and they take the place of those before.
+/// A sender that renews a region of an image that it never sent as a whole: this is reported when
+/// samples come again, and they replace the earlier ones.
 TEST_F(ClientTest, ARegionThatComesAgainAndAgainIsSaidOnceAndTakesNoMoreMemory) {
   start(heard_.options());
   WireImage region;
@@ -277,7 +278,7 @@ TEST_F(ClientTest, ARegionThatComesAgainAndAgainIsSaidOnceAndTakesNoMoreMemory) 
   ASSERT_TRUE(wait_for([&] { return heard_.notes().find(said) != std::string::npos; }));
   const long before_kb = most_kb();
   for (int n = 0; n < 300; ++n) {
-    // The same one half of the time; else one that overlaps it and is none that came before.
+    // Every second region is the same; the others overlap it and are new.
     region.part =
         n % 2 == 0 ? std::vector{256, 256, 1} : std::vector{255 - n / 20, 200 + n % 20, 1};
     ASSERT_TRUE(send(uint8_t(n)));
@@ -290,7 +291,8 @@ TEST_F(ClientTest, ARegionThatComesAgainAndAgainIsSaidOnceAndTakesNoMoreMemory) 
   EXPECT_EQ(client_->numbers().connections, 1u);
 }
 
-/// Out of memory, or any exception, on the client's thread ends the connection, not the program.
+/// An exception on the client's thread, also for lack of memory, ends the connection, not the
+/// program.
 TEST_F(ClientTest, AnExceptionIsSaidAndTheConnectionIsMadeAnew) {
   ClientOptions options = heard_.options();
   int images = 0;
@@ -313,7 +315,7 @@ TEST_F(ClientTest, AnExceptionIsSaidAndTheConnectionIsMadeAnew) {
     EXPECT_NE(notes.find(said), std::string::npos) << said << " is not in:\n" << notes;
 }
 
-/// The sentences are for people: one that can not be shown must not end what it is about.
+/// Notes are for the user: a note that can not be shown must not end the connection.
 TEST_F(ClientTest, WhoHearsTheNotesMayThrow) {
   ClientOptions options = heard_.options();
   options.on_note = [](const std::string&) { throw std::runtime_error("no console"); };
@@ -323,7 +325,8 @@ TEST_F(ClientTest, WhoHearsTheNotesMayThrow) {
   EXPECT_EQ(client_->numbers().connections, 1u);
 }
 
-/// As 2D ultrasound is sent: each a picture where the probe is. Nobody makes a volume of them here.
+/// As 2D ultrasound is sent: each image is a picture at the probe's place. No program makes a
+/// volume of them here.
 TEST_F(ClientTest, FlatImagesAreSaidOnceAndTheRestGoesOn) {
   start(heard_.options());
   for (uint8_t n = 0; n < 5; ++n) {
@@ -336,7 +339,7 @@ TEST_F(ClientTest, FlatImagesAreSaidOnceAndTheRestGoesOn) {
     header.device = "Ultrasound";
     ASSERT_TRUE(server_.send(test::wire_message(header, flat.body())));
   }
-  // The volume that the same sender makes of them, and it is the one that is felt.
+  // The same sender also sends the volume that it makes of them, and this one is used.
   ASSERT_TRUE(server_.send(image(105, 1, "Reconstructed")));
   ASSERT_TRUE(came(1));
   EXPECT_EQ(heard_.images().front().device, "Reconstructed");
@@ -355,14 +358,14 @@ TEST_F(ClientTest, LeftHandedSamplesAreTurnedWithTheirGrid) {
   ASSERT_TRUE(server_.send(test::wire_message({}, wire.body())));
   ASSERT_TRUE(came(1));
   const Volume volume = heard_.images().front().volume;
-  // The wire's sample (0, 0, 0), of value 0, lies at RAS (-1.5, 1, -0.5), LPS (1.5, -1, -0.5).
+  // The message's sample (0, 0, 0), of value 0, is at RAS (-1.5, 1, -0.5), LPS (1.5, -1, -0.5).
   const glm::dvec3 index = volume.grid.index_from_lps({1.5, -1.0, -0.5});
   EXPECT_LT(glm::length(index - glm::dvec3(0, 2, 0)), 1e-5);
   EXPECT_EQ(volume.at(0, 2, 0), 0.0f);
   EXPECT_EQ(volume.at(3, 0, 1), float(3 + 4 * (2 + 3)));
 }
 
-/// After these nobody knows where the next message begins: it connects again.
+/// After these errors the place of the next message is unknown, so the client connects again.
 TEST_F(ClientTest, AStreamThatIsBrokenIsLeftAndFoundAgain) {
   start(heard_.options());
   const Raw whole = image(100, 1);
@@ -383,7 +386,7 @@ TEST_F(ClientTest, AStreamThatIsBrokenIsLeftAndFoundAgain) {
     ASSERT_TRUE(came(good));
   }
   EXPECT_EQ(refused("no OpenIGTLink"), std::size(rows));
-  // In the middle of a message: gone, and once more nothing.
+  // The connection ends in the middle of a message, and then another time before any byte.
   ASSERT_TRUE(server_.send(Raw(whole.begin(), whole.end() - 7)));
   server_.drop();
   ASSERT_TRUE(server_.accept_one());
@@ -391,7 +394,8 @@ TEST_F(ClientTest, AStreamThatIsBrokenIsLeftAndFoundAgain) {
   ASSERT_TRUE(came(++good));
   EXPECT_EQ(refused("torn"), 1u);
   ASSERT_TRUE(server_.send(Raw(whole.begin(), whole.end() - 7)));
-  ASSERT_TRUE(server_.accept_one());  // 3 s later, by itself
+  // 3 s later, by itself.
+  ASSERT_TRUE(server_.accept_one());
   EXPECT_EQ(refused("torn"), 2u);
 }
 
@@ -403,7 +407,7 @@ TEST_F(ClientTest, AServerThatWasAwayIsFoundAgain) {
   ASSERT_TRUE(wait_for([&] { return !client_->is_connected(); }));
   server_.come_back();
   ASSERT_TRUE(server_.accept_one());
-  // Its clock began anew, and it sends what it sent last.
+  // Its clock started again, and it sends its last image.
   ASSERT_TRUE(server_.send(image(3, 1)));
   ASSERT_TRUE(came(2));
   EXPECT_NE(heard_.notes().find("connecting again"), std::string::npos);
@@ -424,7 +428,8 @@ TEST_F(ClientTest, TransformsOfTheNameAskedForAreTaken) {
   body[1] = 0xC0;  // NaN
   header.device = "Stylus";
   ASSERT_TRUE(server_.send(test::wire_message(header, body)));
-  header.type = "POLYDATA";  // of no interest, whatever is in it
+  // Ignored, whatever it contains.
+  header.type = "POLYDATA";
   ASSERT_TRUE(server_.send(test::wire_message(header, Raw(100'000, 1))));
   ASSERT_TRUE(server_.send(image(100, 1)));
   ASSERT_TRUE(came(1));
@@ -437,7 +442,8 @@ TEST_F(ClientTest, EndsAtOnceWhateverTheServerDoes) {
   start(heard_.options());
   const Raw whole = image(100, 1);
   ASSERT_TRUE(server_.send(Raw(whole.begin(), whole.begin() + 70)));
-  client_.reset();  // hangs, and the test with it, if it waits for the rest
+  // Hangs, and the test with it, if it waits for the rest.
+  client_.reset();
 }
 
 TEST(Places, AreReadOrRefused) {

@@ -19,7 +19,7 @@
 namespace palpate::openigtlink {
 namespace {
 
-/// Another program, which is ended with this.
+/// Another program; ended with this object.
 class Other {
  public:
   Other(const std::vector<std::string>& arguments, const std::string& output) {
@@ -129,7 +129,8 @@ TEST(Counterparts, TheirReceiverUnderstandsWhatIsSent) {
         write_image("palpate_motion", 1.0, grid, vectors),
         write_status("palpate", 1.0, 1, "felt as it should be")})
     (*server)->send(std::make_shared<const Bytes>(std::move(message)));
-  // It says a message when the next one begins, and buffers what it says: much more of the same.
+  // It prints a message when the next one begins, and buffers its output, so more messages are
+  // sent.
   std::string text;
   EXPECT_TRUE(wait_for([&] {
     for (int n = 0; n < 5; ++n)
@@ -148,7 +149,7 @@ TEST(Counterparts, TheirReceiverUnderstandsWhatIsSent) {
 TEST(Serving, ASlowClientMissesMessagesAndNobodyWaits) {
   auto server = Server::start(0);
   ASSERT_TRUE(server);
-  // Connects and takes nothing.
+  // Connects and reads nothing.
   const Socket slow(socket(AF_INET, SOCK_STREAM, 0));
   sockaddr_in at{};
   at.sin_family = AF_INET;
@@ -165,13 +166,13 @@ TEST(Serving, ASlowClientMissesMessagesAndNobodyWaits) {
     return (*server)->missed() > 3;
   }));
   EXPECT_LT((*server)->sent(), 8u);
-  // A port that is taken is said.
+  // A port in use is reported.
   const auto second = Server::start((*server)->port());
   ASSERT_FALSE(second);
   EXPECT_NE(second.error().message.find("choose another"), std::string::npos);
 }
 
-/// Whether this machine has an address of IPv6, if only its own.
+/// Whether this machine has an IPv6 address, if only its own.
 bool has_six() {
   const Socket probe(socket(AF_INET6, SOCK_STREAM, 0));
   sockaddr_in6 at{};
@@ -199,7 +200,7 @@ TEST(Serving, IsFoundByBothKindsOfAddresses) {
   EXPECT_EQ((*server)->connections(), 2u);
 }
 
-/// A port that is taken for one kind of addresses alone is refused: half of the clients would reach
+/// A port that is in use for one kind of addresses only is refused: half of the clients would reach
 /// another program.
 TEST(Serving, APortThatIsHalfTakenIsRefused) {
   if (!has_six()) GTEST_SKIP() << "This machine has no IPv6.";

@@ -1,4 +1,4 @@
-// A source of live images as others build them: with the OpenIGTLink library.
+// A source of live images as others write them: with the OpenIGTLink library.
 // igtl_source PORT HZ SECONDS cycle|free|FOLDER
 #include <igtlImageMessage.h>
 #include <igtlServerSocket.h>
@@ -21,7 +21,7 @@
 
 namespace {
 
-/// A ball of 64^3 samples, 1.5 mm apart, whose radius is told by a phase, with noise.
+/// A ball of 64^3 samples, 1.5 mm apart, with a radius that depends on a phase, and noise.
 palpate::Volume ball(double phase, unsigned seed) {
   palpate::Volume volume;
   volume.grid.size = {64, 64, 64};

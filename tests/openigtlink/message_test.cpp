@@ -1,4 +1,4 @@
-// Messages as bytes. The bytes are made by wire.h, from the protocol's documents.
+// Messages as bytes. wire.h writes the bytes by the protocol's documents.
 #include "integration/openigtlink/message.h"
 
 #include <gtest/gtest.h>
@@ -32,11 +32,11 @@ TEST(Messages, CrcIsTheOneOfTheProtocol) {
   EXPECT_EQ(crc64(std::as_bytes(std::span(text))), 0x6C40DF5F0B497347ULL);
 }
 
-/// 3 x 4 x 5 samples of 1 x 2 x 3 mm, turned by 90 degrees about S: i runs to A, j to L (-R), k to
-/// S. The middle lies at RAS (10, 20, 30). Worked out by hand: the first sample lies at
+/// 3 x 4 x 5 samples of 1 x 2 x 3 mm, rotated by 90 degrees about S: i points to A, j to L (-R), k
+/// to S. The middle is at RAS (10, 20, 30). Computed by hand: the first sample is at
 ///   RAS = (10, 20, 30) - 1 (0, 1, 0) - 3 (-1, 0, 0) - 6 (0, 0, 1) = (13, 19, 24),
-/// LPS = (-13, -19, 24); sample (2, 1, 4) at RAS (13, 19, 24) + 2 (0,1,0) + 2 (-1,0,0) + 12
-/// (0,0,1).
+/// LPS = (-13, -19, 24); sample (2, 1, 4) at RAS (13, 19, 24) + 2 (0, 1, 0) + 2 (-1, 0, 0) + 12 (0,
+/// 0, 1).
 TEST(Messages, AnObliqueAnisotropicImageLiesWhereTheDocumentsSay) {
   WireImage wire;
   wire.size = wire.part = {3, 4, 5};
@@ -67,14 +67,15 @@ TEST(Messages, LeftHandedAxesAreTurnedRight) {
   ASSERT_TRUE(image);
   EXPECT_TRUE(image->j_reversed);
   EXPECT_GT(glm::determinant(image->grid.direction), 0.99);
-  // In RAS the middle is 0 and i runs to R, the grid's j, the other way round, to A.
+  // In RAS the middle is at 0; i points to R, and the grid's j, which is reversed, to A.
   EXPECT_LT(glm::length(image->grid.lps_from_index({0, 0, 0}) - glm::dvec3(1.5, 1, -0.5)), 1e-5);
 }
 
 TEST(Messages, EveryScalarTypeAndBothEndiansAreRead) {
   struct Row {
     int type, endian;
-    Raw one;  ///< the value below
+    /// The value below.
+    Raw one;
     float value;
   };
   const Row rows[] = {{2, 1, {0xFE}, -2.0f},
@@ -224,7 +225,7 @@ TEST(Messages, VectorsAreWrittenAlongRightAnteriorSuperior) {
   grid.size = {2, 2, 2};
   const Bytes message =
       write_image("Motion", 1.0, grid, std::vector<glm::vec3>(8, glm::vec3(1.0F, 2.0F, 3.0F)));
-  // float32, little-endian, behind the header and the image's own.
+  // float32, little endian, after the header and the image's own header.
   const std::byte* const values = message.data() + kHeaderBytes + 72;
   ASSERT_EQ(message.size(), kHeaderBytes + 72 + 8 * 3 * sizeof(float));
   float first[3];
@@ -234,8 +235,7 @@ TEST(Messages, VectorsAreWrittenAlongRightAnteriorSuperior) {
   EXPECT_EQ(first[2], 3.0F);
 }
 
-/// Whatever comes, reading ends with a value or a sentence. Run with sanitizers it finds reads
-/// beyond the bytes.
+/// The force in a message is along R, A, S; palpate's is along L, P, S.
 TEST(Messages, AForceIsWrittenAlongRightAnteriorSuperior) {
   const Bytes sent = write_force("palpate_force", 1.0, {1.0, 2.0, 3.0});
   constexpr size_t kHeader = 58, kBeforeNumbers = 10;
@@ -272,7 +272,8 @@ TEST(Messages, MutatedMessagesAreReadOrRefused) {
       continue;
     }
     const auto body = bytes(raw).subspan(kHeaderBytes);
-    header->crc = crc64(body);  // so that what is behind it is reached
+    // So that the code after this check is reached.
+    header->crc = crc64(body);
     const auto content = content_of(*header, body);
     const auto image = content ? read_image(*content) : Result<ImageMessage>(content.error());
     if (content) (void)read_transform(*content);

@@ -1,4 +1,4 @@
-// Parts of an image in any order, against an image that is filled sample by sample.
+// Parts of an image in any order, compared with an image that is filled sample by sample.
 #include "integration/openigtlink/parted_image.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ ImageMessage part_of(glm::ivec3 whole, glm::ivec3 first, glm::ivec3 size, float 
   return part;
 }
 
-/// Lines of 150 samples lie in three or four runs of 64; the last run of the image is not full.
+/// Lines of 150 samples span three or four runs of 64; the last run of the image is not full.
 TEST(PartedImages, AreWholeAsSoonAsEverySampleCameAndHaveTheNewest) {
   constexpr glm::ivec3 kWhole(150, 7, 5);
   for (uint32_t seed = 1; seed <= 8; ++seed) {

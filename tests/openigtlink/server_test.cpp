@@ -1,4 +1,4 @@
-// The server where memory runs out on its thread.
+// The server when memory runs out on its thread.
 #include "integration/openigtlink/server.h"
 
 #include <arpa/inet.h>
@@ -15,13 +15,13 @@
 
 namespace {
 
-/// While it is on, no thread but the one that has said so gets memory of `new`.
+/// While it is set, only threads that are exempt get memory from `new`.
 std::atomic<bool> others_get_none{false};
 thread_local bool is_exempt = false;
 
 }  // namespace
 
-// The standard's own, but where a test says that there is no memory.
+// As the standard's own, unless a test simulates a lack of memory.
 [[gnu::noinline]] void* operator new(size_t size) {
   void* const memory = others_get_none && !is_exempt ? nullptr : std::malloc(size > 0 ? size : 1);
   if (!memory) throw std::bad_alloc();
@@ -63,7 +63,7 @@ TEST(Server, HangsUpWhereMemoryRunsOutAndServesWhoComesBack) {
   (*server)->send(message);
   const bool hung_up = come_to(0);
   others_get_none = false;
-  ASSERT_TRUE(hung_up) << "otherwise recv() waits without end";
+  ASSERT_TRUE(hung_up) << "without this recv() would wait for ever";
   std::byte byte{};
   EXPECT_EQ(recv(first.fd(), &byte, 1, 0), 0) << "the connection ended";
 

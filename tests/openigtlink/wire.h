@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-/// OpenIGTLink's messages as the protocol's documents have them, written apart from palpate's code.
+/// OpenIGTLink's messages by the protocol's documents, written independently of palpate's code.
 namespace palpate::test {
 
 using Raw = std::vector<uint8_t>;
@@ -26,7 +26,7 @@ inline void put_text(Raw& to, const std::string& text, size_t size) {
   for (size_t b = 0; b < size; ++b) to.push_back(b < text.size() ? uint8_t(text[b]) : 0);
 }
 
-/// Bit by bit, as the polynomial says it.
+/// Bit by bit, by the definition of the polynomial.
 inline uint64_t wire_crc(const Raw& bytes) {
   uint64_t sum = 0;
   for (const uint8_t byte : bytes)
@@ -37,12 +37,13 @@ inline uint64_t wire_crc(const Raw& bytes) {
   return sum;
 }
 
-/// What a header says, right or wrong.
+/// The fields of a header, valid or not.
 struct WireHeader {
   int version = 1;
   std::string type = "IMAGE", device = "Probe";
   uint32_t seconds = 100;
-  int64_t body_bytes = -1;  ///< below 0: the true number
+  /// Below 0: the true number.
+  int64_t body_bytes = -1;
   uint64_t crc_error = 0;
 };
 
@@ -52,14 +53,15 @@ inline Raw wire_message(const WireHeader& header, const Raw& body) {
   put_text(out, header.type, 12);
   put_text(out, header.device, 20);
   put(out, header.seconds, 4);
-  put(out, 0x80000000u, 4);  // half a second
+  // Half a second.
+  put(out, 0x80000000u, 4);
   put(out, header.body_bytes < 0 ? body.size() : uint64_t(header.body_bytes), 8);
   put(out, wire_crc(body) ^ header.crc_error, 8);
   out.insert(out.end(), body.begin(), body.end());
   return out;
 }
 
-/// An IMAGE's body: matrix columns are i, j, k in mm, then the middle of the image.
+/// An IMAGE's body: the matrix columns are i, j, k in mm, then the middle of the image.
 struct WireImage {
   int components = 1, scalar_type = 3, endian = 2, coordinates = 1;
   std::vector<int> size{4, 3, 2}, first{0, 0, 0}, part{4, 3, 2};
@@ -94,7 +96,7 @@ inline Raw extended(const Raw& content, const Raw& meta_header, const Raw& meta)
   return out;
 }
 
-/// Listens on a port of this machine and sends what it is told.
+/// Listens on a port of this machine and sends the test's messages.
 class WireServer {
  public:
   WireServer() { listen_at(0); }
@@ -106,7 +108,7 @@ class WireServer {
   WireServer& operator=(const WireServer&) = delete;
 
   uint16_t port() const { return port_; }
-  /// Waits for the next one who connects. False: nobody in time.
+  /// Waits for the next client. False: there was none in time.
   bool accept_one(int wait_ms = 30'000) {
     drop();
     pollfd polled{listener_, POLLIN, 0};

@@ -28,7 +28,7 @@ TEST(AnalyticShell, IsWhatThePhantomSamples) {
     for (int draw = 0; draw < 500; ++draw) {
       const glm::ivec3 at(test::some_index(grid, random));
       const glm::dvec3 x = volume_from_lps(grid.lps_from_index(glm::dvec3(at)));
-      // Samples are floats of up to 1150; the place goes from mm to m and back.
+      // Samples are floats of up to 1150; the place is converted from mm to m and back.
       EXPECT_NEAR(data->scalar(x), double(sampled.frames[size_t(frame)].at(at.x, at.y, at.z)),
                   1e-3);
     }
@@ -45,8 +45,8 @@ TEST(AnalyticShell, HasTheGradientOfItsValue) {
     for (int a = 0; a < 3; ++a) {
       const glm::dvec3 aside = kStepM * unit(a);
       const double slope = (data->scalar(x + aside) - data->scalar(x - aside)) / (2.0 * kStepM);
-      // Edges are 900 high in 1.5 mm: slopes up to 1e6 per m, curvature 1e9 per m^2, whose kinks
-      // the step of 1e-7 may straddle; rounding is 1e-13 / 1e-7 of 1000.
+      // Edges are 900 high in 1.5 mm: slopes up to 1e6 per m and curvatures of 1e9 per m^2, with
+      // kinks that may be within the step of 1e-7; rounding is 1e-13 / 1e-7 of 1000.
       EXPECT_NEAR(gradient[a], slope, 200.0) << "draw " << draw;
     }
   }
@@ -74,7 +74,7 @@ TEST(PointCharges, FollowCoulombFarAwayAndStayFiniteNearby) {
       point_charges({{{0.01, 0.02, 0.03}, 5.0, 0.001}}, glm::dvec3(-0.1), glm::dvec3(0.1));
   EXPECT_NEAR(one->scalar({0.01, 0.02, 0.03}), 5000.0, 1e-9);
   EXPECT_EQ(one->scalar_gradient({0.01, 0.02, 0.03}), glm::dvec3(0.0));
-  // At 1 m the softness is 1e-6 of the square of the distance, half of that of the potential.
+  // At 1 m the softening is 1e-6 of the square of the distance, half of that of the potential.
   EXPECT_NEAR(one->scalar({1.01, 0.02, 0.03}), 5.0, 5e-6);
   EXPECT_NEAR(one->scalar_gradient({1.01, 0.02, 0.03}).x, -5.0, 1e-5);
   EXPECT_EQ(one->low_m(), glm::dvec3(-0.1));
@@ -94,10 +94,10 @@ TEST(Dichloroethane, HasTheGeometryItIsSaidToHave) {
   };
   const double said = std::cos(109.5 / 180.0 * std::acos(-1.0));
   for (const size_t other : {0, 2, 3}) EXPECT_NEAR(cosine(5, other), said, 1e-12);
-  // Three bonds turned by 120 degrees at 109.5 from the fourth: 109.4 between them.
+  // Three bonds at 120 degrees to each other and at 109.5 to the fourth: 109.4 between them.
   EXPECT_NEAR(cosine(0, 2), said, 3e-3);
   EXPECT_NEAR(cosine(2, 3), said, 3e-3);
-  // About 0.1 m wide: chlorine to chlorine, less the atoms themselves.
+  // About 0.1 m wide: from chlorine to chlorine, without the atoms' own size.
   EXPECT_NEAR(glm::length(atoms[0] - atoms[4]), 0.087, 1e-3);
 }
 

@@ -20,8 +20,8 @@ TEST(BuiltInScenes, ShellHoldsAtItsWallAndNowhereElse) {
   const ModeSpec& wall = scene.modes.at(0);
   EXPECT_EQ(wall.volume, scene.volumes[0].name);
   EXPECT_EQ(wall.friction(700.0), 0.2);
-  // Every voxel deep within lung or blood is let through, every one deep within the wall holds.
-  // Deep: it and its neighbours at 4 mm, so that soft edges of 1.5 voxels do not count.
+  // Every voxel deep within lung or blood must let the hand through, every one deep within the wall
+  // must hold it. Deep: also its neighbours at 4 mm, so that soft edges of 1.5 voxels do not count.
   const Grid grid = heart_grid(64);
   const Mask shell = shell_mask(grid, 0);
   int inside = 0, outside = 0;
@@ -58,7 +58,7 @@ TEST(BuiltInScenes, HeartHoldsInAllTissueAndLetsThroughBloodAndLung) {
   EXPECT_EQ(volume->times.cycle_s, 2.0);
   EXPECT_EQ(volume->motions.at(0).steps.size(), 8u);
   const ModeSpec& wall = scene.modes.at(0);
-  // Well within the muscle it holds with all of its strength, in every frame.
+  // Well within the muscle the wall has its full strength, in every frame.
   for (int frame = 0; frame < 8; ++frame) {
     const Grid grid = heart_grid(64);
     const Mask muscle = heart_muscle(grid, frame);
@@ -71,10 +71,10 @@ TEST(BuiltInScenes, HeartHoldsInAllTissueAndLetsThroughBloodAndLung) {
       held += wall.strength(volume->frames[size_t(frame)]->scalar(at)) > 4.0;
     }
     EXPECT_GT(all, 1000);
-    // Edges, and the openings of valves, take some of it.
+    // Edges, and the openings of valves, reduce it.
     EXPECT_GT(held, 0.85 * all) << "frame " << frame;
   }
-  // In the middle of the left ventricle, and in the lung, it lets through.
+  // In the middle of the left ventricle, and in the lung, it lets the hand through.
   for (const glm::dvec3 lps : {glm::dvec3(15.0, 0.0, -16.0), glm::dvec3(60.0, -60.0, 60.0)})
     EXPECT_EQ(wall.strength(volume->frames[0]->scalar(volume_from_lps(lps))), 0.0);
 }

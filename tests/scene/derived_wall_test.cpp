@@ -27,7 +27,7 @@ Volume sampled(const Value& value, glm::dvec3 spacing_mm = glm::dvec3(1.0)) {
   return volume;
 }
 
-/// 0 to 1 over some millimetres, as a scanner blurs a border.
+/// From 0 to 1 over some millimetres, as a border blurred by a scanner.
 double edge(double inside_mm) {
   return 0.5 + 0.5 * std::erf(inside_mm / std::sqrt(2.0));
 }
@@ -36,7 +36,7 @@ double at(const Volume& distance_mm, glm::dvec3 x) {
   return sample(distance_mm, distance_mm.grid.index_from_lps(x));
 }
 
-/// How far the surface is from a ball's, along the six axes and four diagonals.
+/// The distance of the surface from a ball's, along the six axes and four diagonals.
 double off_the_ball_mm(const Volume& distance_mm) {
   double most = 0.0;
   for (const glm::dvec3 way :
@@ -50,7 +50,7 @@ double off_the_ball_mm(const Volume& distance_mm) {
   return most;
 }
 
-/// A ball in spots of 4 mm, as speckle has them: its surface of equal value is full of holes.
+/// A ball in spots of 4 mm, as speckle: its iso-surface is full of holes.
 Volume spotted_ball() {
   test::Random random(3);
   std::vector<double> spots(16 * 16 * 16);
@@ -67,7 +67,7 @@ TEST(DerivedWall, RegionClosesWhatSpotsHaveOpened) {
   EXPECT_GT(wall_of(frame).ends, kClosedWall);
   const auto wall = region_wall(frame);
   ASSERT_TRUE(wall);
-  // The weakest Gaussian that does it.
+  // The smallest Gaussian that is sufficient.
   EXPECT_LE(wall->ends, 0.1);
   EXPECT_GT(wall->smooth_mm, wall_scale(frame.grid));
   const auto weaker = region_wall(frame, {}, wall->smooth_mm - wall_scale(frame.grid));
@@ -105,7 +105,7 @@ TEST(DerivedWall, RegionLeavesOutCrumbsAndFillsBubbles) {
 }
 
 TEST(DerivedWall, RegionHasNoWallAtTheEndsOfTheData) {
-  // Brighter from x = 4 mm on to the end of the data, in slices of 4 mm.
+  // Brighter from x = 4 mm to the end of the data, in slices of 4 mm.
   const Volume frame =
       sampled([](glm::dvec3 x) { return 1000.0 * edge(x.x - 4.0); }, {1.0, 1.0, 4.0});
   const auto wall = region_wall(frame);
@@ -121,7 +121,7 @@ TEST(DerivedWall, RegionHasNoWallAtTheEndsOfTheData) {
 }
 
 TEST(DerivedWall, RidgesFindABorderThatNoValueTells) {
-  // The scanner's field makes the left side twice as bright as the right: the outside there is
+  // The bias of the scanner makes the left side twice as bright as the right: the outside there is
   // brighter than the inside here.
   const Volume frame = sampled([](glm::dvec3 x) {
     return (100.0 + 60.0 * edge(kRadius_mm - glm::length(x))) * (1.0 - 0.015 * x.x);
@@ -132,14 +132,14 @@ TEST(DerivedWall, RidgesFindABorderThatNoValueTells) {
   const auto wall = ridge_wall(frame, {}, 1.0);
   ASSERT_TRUE(wall);
   EXPECT_LT(off_the_ball_mm(wall->distance_mm), 0.6);
-  // A distance: 1 mm for 1 mm where the wall is.
+  // A distance: at the wall it changes by 1 mm per mm.
   const double rise =
       at(wall->distance_mm, {0.0, 17.0, 0.0}) - at(wall->distance_mm, {0.0, 19.0, 0.0});
   EXPECT_NEAR(rise, 2.0, 1.0);
 }
 
 TEST(DerivedWall, OfSmallDataIsThatOfLargeOnes) {
-  // A mouse's heart: the same samples, a tenth as large.
+  // A mouse's heart: the same samples at a tenth of the size.
   const Volume large = spotted_ball();
   Volume small = large;
   small.grid.spacing_mm *= 0.1;

@@ -6,7 +6,7 @@
 
 namespace palpate::test {
 
-/// Seeded numbers, places and turns.
+/// Seeded random numbers, places and rotations.
 class Dice {
  public:
   explicit Dice(uint32_t seed) : engine_(seed) {}

@@ -27,16 +27,18 @@ TEST(Drive, KeysAreBlendedAndStayAtTheirEnds) {
   const auto x = [](const DriveSpec& drive, double time_s) {
     return driven(drive, {}, time_s).translation_m.x;
   };
-  EXPECT_EQ(x(over, 0.0), 0.0);  // before the first key
+  // Before the first key.
+  EXPECT_EQ(x(over, 0.0), 0.0);
   EXPECT_EQ(x(over, 1.5), 0.5);
-  EXPECT_EQ(x(over, 2.0), 2.0);  // at a step the later one
+  // At a step the later one.
+  EXPECT_EQ(x(over, 2.0), 2.0);
   EXPECT_EQ(x(over, 3.0), 1.0);
   EXPECT_EQ(x(over, 5.5), 0.5);
   EXPECT_EQ(x(once, 3.0), 1.0);
   EXPECT_EQ(x(once, 5.5), 0.0);
   EXPECT_EQ(x(once, 1e9), 0.0);
   EXPECT_EQ(x(once, -1.0), 0.0);
-  // What is not finite is no time.
+  // NaN is not a time.
   EXPECT_EQ(x(over, std::numeric_limits<double>::quiet_NaN()), 0.0);
 }
 

@@ -36,7 +36,7 @@ std::vector<glm::vec3> random_vectors(const Grid& grid, Random& random) {
   return values;
 }
 
-/// A direction of the patient (LPS) along volume space's axes, without the change of unit.
+/// A direction of the patient (LPS) along volume space's axes, without a change of unit.
 glm::dvec3 turned(glm::dvec3 lps) {
   return 1e3 * volume_from_lps(lps);
 }
@@ -48,10 +48,10 @@ TEST(FrameData, OfALinearVolumeIsExactInValueAndGradient) {
       sampled_scalar(volume_of(grid, [&](glm::dvec3 lps) { return 10.0 + glm::dot(per_mm, lps); }));
   Random random(1);
   for (int draw = 0; draw < 1000; ++draw) {
-    // Nearer to the border the last sample is repeated, and nothing is linear.
+    // Nearer to the border the last sample is repeated, so the data are not linear.
     const glm::dvec3 lps = grid.lps_from_index(test::some_index(grid, random, -1.0));
     const glm::dvec3 x = volume_from_lps(lps);
-    // Samples are floats of up to 300, 2e-5 off each, and summed in floats.
+    // Samples are floats of up to 300, with errors of 2e-5, summed in floats.
     EXPECT_NEAR(data->scalar(x), 10.0 + glm::dot(per_mm, lps), 1e-4) << "draw " << draw;
     EXPECT_LT(glm::length(data->scalar_gradient(x) - 1e3 * turned(per_mm)), 0.15) << draw;
   }
@@ -64,7 +64,7 @@ double cubic(double t) {
   return t < 2.0 ? (2.0 - t) * (2.0 - t) * (2.0 - t) / 6.0 : 0.0;
 }
 
-/// The value, slowly: every coefficient around, the last one repeated beyond the border.
+/// The value, computed directly: all coefficients around, the last one repeated beyond the border.
 double slow_value(const Volume& volume, glm::dvec3 index) {
   double sum = 0.0;
   const glm::ivec3 size = volume.grid.size, low(glm::floor(index));
@@ -110,7 +110,7 @@ TEST(FrameData, KnowsTheRangeOfItsSamplesThatCoefficientsGoBeyond) {
   EXPECT_EQ(samples.lowest, 0.0F);
   EXPECT_EQ(samples.highest, 255.0F);
   EXPECT_LT(*std::min_element(samples.values.begin() + 2, samples.values.end()), -30.0F);
-  // Nothing finite: no range.
+  // No finite value: no range.
   std::fill(box.values.begin(), box.values.end(), std::numeric_limits<float>::quiet_NaN());
   const auto none = sampled_scalar(box);
   EXPECT_GT(none->samples().lowest, none->samples().highest);
@@ -127,7 +127,8 @@ TEST(FrameData, GradientIsThatOfTheVeryValue) {
       const glm::dvec3 gradient =
           data->scalar_gradient(volume_from_lps(volume.grid.lps_from_index(index)));
       glm::dvec3 per_index;
-      const double step = 1e-4;  // of a voxel: the differences' own error is 1e-8
+      // Of a voxel: the error of the differences is 1e-8.
+      const double step = 1e-4;
       for (int a = 0; a < 3; ++a) {
         glm::dvec3 aside(0.0);
         aside[a] = step;
@@ -154,14 +155,14 @@ TEST(FrameData, GradientIsContinuousEverywhereAndZeroFarOutside) {
       for (int step = 0; step <= 4000; ++step) {
         const glm::dvec3 index = from + (step / 4000.0) * (to - from);
         const glm::dvec3 here = data->scalar_gradient(volume_from_lps(grid.lps_from_index(index)));
-        // Two samples beyond every border all taps are the same.
+        // Two samples beyond every border all coefficients are equal.
         const bool outside = glm::all(glm::lessThan(index, glm::dvec3(-2.0))) ||
                              glm::all(glm::greaterThan(index, glm::dvec3(grid.size) + 1.0));
         if (outside) {
           ASSERT_LT(glm::length(here), 1e-3);
         }
-        // Slopes are up to 2 per 0.7 mm and change by no more than some ten times that in a
-        // voxel; a step is 1 / 200 of a voxel.
+        // Slopes are up to 2 per 0.7 mm and change by no more than about ten times that in a voxel;
+        // a step is 1 / 200 of a voxel.
         if (step > 0) {
           ASSERT_LT(glm::length(here - last), 3000.0 * 10.0 / 200.0) << seed << " " << step;
         }

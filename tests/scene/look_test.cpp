@@ -28,7 +28,7 @@ TEST(Look, ColoursAreBlendedAsWrittenAndThenMadeLinear) {
   look.points = {{0.0, {0.2, 0.0, 1.0}, 0.5}, {1.0, {0.6, 0.0, 1.0}, 0.5}};
   EXPECT_NEAR(srgb_from_linear(look_at(look, 0.5).colour.x), 0.4, 1e-12);
   EXPECT_NEAR(look_at(look, 0.5).colour.z, 1.0, 1e-12);
-  // IEC 61966-2-1: half of the light is written 0.735.
+  // IEC 61966-2-1: half of the light has the code 0.735.
   EXPECT_NEAR(srgb_from_linear(0.5), 0.7354, 1e-4);
 }
 
@@ -76,9 +76,9 @@ TEST(Look, TakesTransferFunctionsOfTexturesForTheRange) {
   EXPECT_DOUBLE_EQ(fine.points[1].value, 0.0);
   EXPECT_DOUBLE_EQ(fine.points[2].value, 300.0);
   EXPECT_EQ(fine.points[1].colour, texture.points[1].colour);
-  // A tenth of the range from sample to sample.
+  // A tenth of the range between neighbouring samples.
   EXPECT_DOUBLE_EQ(fine.surface_slope, 80.0);
-  // A sample takes its texel's opacity however thin it is, the most opaque texel's too.
+  // A sample has its texel's opacity for any thickness, also the most opaque texel's.
   for (const double thickness_mm : {1e-3, 0.25, 0.5, 1.0, 2.0}) {
     const Look look = over_range(texture, -100.0, 300.0, thickness_mm);
     EXPECT_TRUE(check(look)) << thickness_mm;
@@ -88,7 +88,7 @@ TEST(Look, TakesTransferFunctionsOfTexturesForTheRange) {
     }
     EXPECT_EQ(look.points[2].opacity, 0.999) << thickness_mm;
   }
-  // All values equal: they rise no more, and do not fall.
+  // All values equal: the points do not rise, and must not fall.
   EXPECT_TRUE(check(over_range(texture, 7.0, 7.0, 1.0)));
 }
 

@@ -136,7 +136,7 @@ TEST(MakeVolume, OfOneMotionKeepsTheReferenceFrameAndTheMotionsTimes) {
   const Grid grid = test::oblique_grid();
   const glm::dvec3 middle = volume_from_lps(grid.lps_from_index(0.5 * glm::dvec3(grid.size - 1)));
   EXPECT_NEAR(volume->frames[0]->scalar(middle), 2.0, 1e-6);
-  // The same motion at another pace, uneven as it was.
+  // The same motion at another rate, with the same uneven times.
   VolumeSpec fast = some_spec();
   fast.frames_per_second = 8.0;
   const auto quick = build(fast, whole_data());
@@ -258,8 +258,8 @@ TEST(MakeVolume, MakesTheBeatingShellWithItsTrueMotion) {
       const glm::dvec3 x = random.vector(0.03);
       const glm::dvec3 lps = lps_from_volume(x);
       const glm::dvec3 there = volume_from_lps(shell_point(lps, frame, frame + 1));
-      // b'' is at most 2e-3 per mm of 42 mm / 59 mm^2: trilinear at 1 mm is off by h^2 / 8 of it on
-      // each axis.
+      // b'' is at most 2e-3 per mm of 42 mm / 59 mm^2: trilinear interpolation at 1 mm has an error
+      // of h^2 / 8 of it on each axis.
       const glm::dvec3 u = volume->motions[0].steps[size_t(frame)]->displacement(x);
       EXPECT_LT(glm::length(x + u - there), 2e-5) << source << " draw " << draw;
       // The wall's texture has structures of 4 mm, sampled at 1 mm; edges are 1.5 mm wide.
@@ -288,8 +288,8 @@ TEST(MakeVolume, MakesTheBeatingHeartWithItsTrueMotion) {
       const glm::dvec3 x = random.vector(0.05);
       const glm::dvec3 lps = lps_from_volume(x);
       const glm::dvec3 there = volume_from_lps(heart_point(lps, frame, frame + 1));
-      // Trilinear on 2 mm: the second derivatives of a step are at most 0.05 per mm in sum, half a
-      // cell's square of that.
+      // Trilinear at 2 mm: the second derivatives of a step are at most 0.05 per mm in sum; the
+      // error is half the square of a cell times that.
       const glm::dvec3 u = volume->motions[0].steps[size_t(frame)]->displacement(x);
       EXPECT_LT(glm::length(x + u - there), 5e-5) << source << " draw " << draw;
       if (source == "heart-exact") {
@@ -324,7 +324,7 @@ TEST(MakeVolume, FillsABoxWithTheGridsAxes) {
   spec.box_m = glm::dvec3(0.2, 0.3, 0.4);
   spec.transform.translation_m = {0.1, 0.2, 0.3};
   spec.transform.rotation = glm::angleAxis(1.0, glm::normalize(glm::dvec3(1, 2, 3)));
-  // Straight in the patient's axes: i goes along L, j along P, k along S.
+  // Along the patient's axes: i along L, j along P, k along S.
   VolumeData data = some_data();
   for (Volume& frame : data.frames.frames) frame.grid.direction = glm::dmat3(1.0);
   const Grid grid = data.frames.frames[0].grid;
@@ -339,7 +339,7 @@ TEST(MakeVolume, FillsABoxWithTheGridsAxes) {
     const glm::dvec3 there = spec.transform.world_from_volume((2.0 * end - 1.0) * half);
     EXPECT_LT(glm::length(placed->world_from_volume(x) - there), 1e-12) << corner;
   }
-  // The same place, said by a box again.
+  // The same place, given by a box again.
   VolumeSpec again = some_spec();
   ASSERT_TRUE(place_by_box(again, *volume, *placed));
   EXPECT_LT(glm::length(*again.box_m - *spec.box_m), 1e-12);
@@ -349,14 +349,15 @@ TEST(MakeVolume, FillsABoxWithTheGridsAxes) {
 
 TEST(MakeVolume, RefusesABoxThatWouldShear) {
   VolumeSpec spec = some_spec();
-  const auto volume = build(spec, some_data());  // obliquely
+  // Oblique.
+  const auto volume = build(spec, some_data());
   ASSERT_TRUE(volume);
   spec.transform.scale = {1.0, 2.0, 0.5};
   spec.box_m = glm::dvec3(0.2, 0.3, 0.4);
   const auto placed = start_transform(spec, *volume);
   ASSERT_FALSE(placed);
   EXPECT_THAT(placed.error().message, HasSubstr("obliquely"));
-  // In true proportions anything goes.
+  // In true proportions any rotation is allowed.
   const Grid grid = test::oblique_grid();
   spec.transform.scale = glm::dvec3(1.0);
   spec.box_m = 3e-3 * grid.spacing_mm * glm::dvec3(grid.size);

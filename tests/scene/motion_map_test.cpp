@@ -12,9 +12,9 @@ namespace {
 
 using test::Random;
 
-// Oracle against map: u is stored as float (6e-8 of its size), positions are doubles.
+// The map compared with the oracle: u is stored as float (6e-8 of its size), positions are doubles.
 constexpr double kStored = 2e-7;
-// Slopes are differences of stored floats over a cell: 6e-8 of u / h, u here up to 10 cells.
+// Slopes are differences of stored floats over a cell: 6e-8 of u / h, with u up to 10 cells here.
 constexpr double kSlope = 5e-6;
 
 glm::dmat3 turned(const glm::dmat3& lps) {
@@ -79,7 +79,7 @@ TEST(MotionMap, GivesTheJacobianThatNumericDifferencesGive) {
     const Grid grid = test::oblique_grid();
     const auto map = MotionMap::of(test::rough_field(grid, random, 1.0));
     for (int draw = 0; draw < 200; ++draw) {
-      // Away from cell faces, where the field of a cell ends.
+      // Away from cell faces, where the derivative jumps.
       const glm::dvec3 whole = glm::floor(test::some_index(grid, random, 1.0));
       const glm::dvec3 index = whole + 0.5 + random.vector(0.4);
       const glm::dvec3 x = volume_from_lps(grid.lps_from_index(index));
@@ -116,7 +116,7 @@ TEST(MotionMap, OfOneSampleIsThatSampleEverywhere) {
   const MotionSample at = map->sample({0.1, -0.2, 0.3});
   EXPECT_LT(glm::length(at.u_m - glm::dvec3(1e-3, 3e-3, -2e-3)), 1e-9);
   EXPECT_EQ(largest(at.jacobian), 0.0);
-  // Only the slack for rounding is left of the certificates.
+  // The certificates have only the allowance for rounding.
   EXPECT_LT(map->worst_contraction(), 1e-4F);
   EXPECT_GT(map->worst_determinant(), 0.999F);
 }
@@ -155,12 +155,12 @@ TEST(MotionMap, MakesVectorsThatAreNotNumbersStillUntrustedAndFolded) {
             map->certificate({-1, -1, -1}).determinant);
 }
 
-/// Sampled slopes of a cell never exceed what its certificate promises, for any g.
+/// Sampled slopes of a cell must never exceed its certificate, for any g.
 void expect_sound(const MotionMap& map, const Grid& grid, Random& random, int draws,
                   const std::string& what) {
   for (int draw = 0; draw < draws; ++draw) {
     glm::dvec3 index = test::some_index(grid, random, 1.0);
-    // Half of the draws sit near a corner of a cell, where extremes are.
+    // Half of the draws are near a corner of a cell, where extremes are.
     if (draw & 1)
       index = glm::floor(index) +
               glm::dvec3(draw >> 1 & 1, draw >> 2 & 1, draw >> 3 & 1) * 0.999998 + 1e-6;
@@ -181,7 +181,7 @@ TEST(MotionMap, CertificatesAreNeverBrokenByRoughFields) {
     const Grid grid = seed % 2 ? test::oblique_grid() : test::cube_grid(8, 1.0);
     const double reach_mm = std::pow(10.0, random.draw(-2.0, 1.0));
     Field field = test::rough_field(grid, random, reach_mm);
-    // A common displacement of many cells must not cost precision.
+    // A common displacement of many cells must not reduce the precision.
     for (glm::vec3& u : field.u_mm) u += glm::vec3(20.0F, -7.0F, 3.0F);
     const auto map = MotionMap::of(field);
     expect_sound(*map, grid, random, 4000, "seed " + std::to_string(seed));
@@ -199,7 +199,7 @@ TEST(MotionMap, CertificatesAreNeverBrokenBySmoothFields) {
   }
 }
 
-/// The truth of a cell as far as it can be sampled: corners and a lattice inside, many g.
+/// The smallest determinant of a cell by sampling: corners and a lattice inside, many g.
 double sampled_determinant(const MotionMap& map, const Grid& grid, glm::dvec3 cell) {
   double least = 1.0;
   for (int s = 0; s < 125; ++s) {
@@ -230,7 +230,7 @@ TEST(MotionMap, CertificatesDoNotCallAnUnfoldedCellOfASmoothFieldFolded) {
   }
   EXPECT_GT(unfolded, 20000);
   RecordProperty("called_folded", called_folded);
-  // A bound is not the truth: one cell in a thousand, all of them nearly folded, may be doubted.
+  // The certificate is a bound: one cell in a thousand, all of them nearly folded, may be rejected.
   EXPECT_LE(called_folded, unfolded / 1000);
 }
 
@@ -250,12 +250,12 @@ TEST(MotionMap, CertificatesOfLinearMapsAreTheTruth) {
   for (const Case& one : cases) {
     const auto map = MotionMap::of(test::linear_field(grid, glm::dvec3(2.0), one.slope));
     const glm::dvec3 middle = volume_from_lps(grid.lps_from_index(glm::dvec3(grid.size) * 0.5));
-    // Stored floats and the slack for rounding.
+    // Stored floats and the allowance for rounding.
     EXPECT_NEAR(map->certificate(middle).determinant, one.least, 3e-4);
     EXPECT_NEAR(map->certificate(middle).contraction, frobenius(one.slope), 2e-4);
   }
-  // A turn by 1 rad: det = (1 + g c)^2 + g^2 s^2, least 0.77 at g = 0.5; the bound is a little
-  // less.
+  // A rotation term of 1 rad: det = (1 + g c)^2 + g^2 s^2, with a minimum of 0.77 at g = 0.5; the
+  // bound is a little smaller.
   const glm::dmat3 turn(c, s, 0, -s, c, 0, 0, 0, 0);
   const auto map = MotionMap::of(test::linear_field(grid, glm::dvec3(0.0), turn));
   const glm::dvec3 middle = volume_from_lps(grid.lps_from_index(glm::dvec3(grid.size) * 0.5));

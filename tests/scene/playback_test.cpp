@@ -1,4 +1,4 @@
-// Oracle: the time that was asked for, summed in long double, and the frame looked up in a list.
+// Oracle: the requested time, summed in long double, and the frame from a search in a list.
 #include "module/scene/playback.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ const FrameTimes kHeart{{0.0, 0.25, 0.5, 0.75}, 1.0};
 const FrameTimes kUneven{{0.0, 0.1, 0.13, 0.7}, 1.1};
 const FrameTimes kOnce{{0.0, 0.1, 0.13, 0.7}, 0.0};
 
-/// F of the method: frame + phase, counted on over cycles.
+/// F of the method: frame + phase, unwrapped over cycles.
 struct Unwrapped {
   int64_t frames = 0;
   double value(const Playback& p) const { return double(frames) + p.now().phase; }
@@ -28,7 +28,7 @@ double seconds(const Playback& p, const FrameTimes& times) {
   return times.times_s[k] + p.now().phase * (end - times.times_s[k]);
 }
 
-/// What must hold after every step.
+/// Properties that must hold after every step.
 void expect_sound(const Playback& p, const FrameTimes& times, int frame_before) {
   const int n = int(times.times_s.size());
   ASSERT_GE(p.now().frame, 0);
@@ -55,7 +55,8 @@ TEST(Playback, PlaysAsRecordedFromTheFirstStepOn) {
   FramePointer f;
   for (int i = 0; i < 300; ++i) f = p.step(1e-3);
   EXPECT_EQ(f.frame, 1);
-  EXPECT_NEAR(f.phase, 0.2, 1e-12);  // a sum of 300 times the nearest double to 0.001
+  // A sum of 300 times the nearest double to 0.001.
+  EXPECT_NEAR(f.phase, 0.2, 1e-12);
   EXPECT_FALSE(p.at_rest());
 }
 
@@ -64,7 +65,8 @@ TEST(Playback, AgreesWithLongDoubleAfterTenMillionSteps) {
   for (const double rate : {1.0, 0.37, -1.9}) {
     Playback p(&kUneven);
     p.set_rate(rate);
-    for (int i = 0; i < 40; ++i) p.step(1e-3);  // the ramp is over
+    // After the ramp.
+    for (int i = 0; i < 40; ++i) p.step(1e-3);
     ASSERT_EQ(p.rate(), rate);
     long double asked = p.time_s();
     uint32_t bits = 12345;
@@ -119,7 +121,8 @@ TEST(Playback, ComesBackToTheSamePhaseAfterReversing) {
   for (int i = 0; i < 5000; ++i) p.step(1e-3), way.follow(p);
   EXPECT_GT(way.frames, 30);
   p.set_rate(-2.0);
-  // There: 20 ms of ramp and 4,980 ms. Back: 20 ms in which it turns, 4,980 ms, and the ramp to 0.
+  // Forward: 20 ms of ramp and 4,980 ms. Backward: 20 ms for the reversal, 4,980 ms, and the ramp
+  // to 0.
   for (int i = 0; i < 5000; ++i) p.step(1e-3), way.follow(p);
   p.set_rate(0.0);
   for (int i = 0; i < 40; ++i) p.step(1e-3), way.follow(p);
@@ -148,7 +151,8 @@ TEST(Playback, GoesTheSameWayThroughARampHoweverItIsCut) {
   fine.set_rate(0.0), coarse.set_rate(0.0);
   for (int i = 0; i < 3000; ++i) fine.step(1e-5);
   coarse.step(0.03);
-  EXPECT_NEAR(fine.time_s(), 0.010, 1e-12);  // a triangle of 20 ms
+  // A triangle of 20 ms.
+  EXPECT_NEAR(fine.time_s(), 0.010, 1e-12);
   EXPECT_NEAR(coarse.time_s(), 0.010, 1e-12);
 }
 
@@ -206,7 +210,8 @@ TEST(Playback, ForgetsWhatItOwesWhenPaused) {
   p.step(0.9);
   p.set_rate(0.0);
   for (int i = 0; i < 100; ++i) p.step(1e-3);
-  EXPECT_LT(seconds(p, kHeart), 0.52);  // the second border was not crossed but for the ramp
+  // The second border was crossed only by the ramp.
+  EXPECT_LT(seconds(p, kHeart), 0.52);
   EXPECT_TRUE(p.at_rest());
 }
 
@@ -217,7 +222,7 @@ TEST(Playback, EndsInTheLastFrameWithoutAVelocityJump) {
     const int frame = p.now().frame;
     p.step(1e-3);
     ASSERT_NO_FATAL_FAILURE(expect_sound(p, kOnce, frame));
-    // 20 ms from 1 to 0 is 0.05 per step; the last part brakes twice as hard at most.
+    // 20 ms from 1 to 0 are 0.05 per step; the last part brakes twice as hard at most.
     ASSERT_LT(std::abs(p.rate() - before), 0.1001) << i;
     before = p.rate();
   }
@@ -280,7 +285,7 @@ TEST(Playback, NeverPassesAScrubsTargetWhenStepsComeLate) {
     for (int i = 0; i < 30; ++i) p.step(1e-3);
     p.scrub_to(0.7);
     while (!p.at_rest()) p.step(1e-3);
-    // Back, target after target, as a stick that is held asks for it.
+    // Backward, one target after the other, as from a stick that is held.
     double target = 0.7, before = p.time_s();
     for (int i = 0; i < 200; ++i) {
       if (i % 10 == 0) p.scrub_to(target -= random.draw(0.0, 0.03));
@@ -367,7 +372,7 @@ TEST(PointerAt, AgreesWithThePlaybackAtEveryTime) {
     for (int k = 0; k < 4000; ++k) {
       const FramePointer played = playback.step(0.7e-3);
       const FramePointer at = pointer_at(times, playback.time_s());
-      // The playback adds up small steps; at a border the two may be on either side.
+      // The playback adds up small steps; at a border the two may be on different sides.
       const double difference = std::remainder(
           (at.frame + at.phase) - (played.frame + played.phase), double(times.steps()));
       ASSERT_NEAR(difference, 0.0, 1e-9) << "step " << k;

@@ -27,8 +27,8 @@ std::shared_ptr<const FrameData> flow(const Function& vector_at) {
   return sampled_vector(grid, values);
 }
 
-/// v = spin x r + swell r / 3 + offset: its curl is twice the spin and its divergence the swell,
-/// everywhere.
+/// v = spin x r + swell r / 3 + offset: everywhere its curl is twice the spin and its divergence
+/// the swell.
 std::shared_ptr<const FrameData> swirl(glm::dvec3 spin, double swell, glm::dvec3 offset) {
   return flow([=](glm::dvec3 x) { return glm::cross(spin, x) + swell / 3.0 * x + offset; });
 }
@@ -49,7 +49,7 @@ TEST(Property, FindsCurlAndDivergenceOfASwirl) {
     EXPECT_NEAR(scalar_of(*data, ScalarProperty::kCurlMagnitude, x), 26.0, kLargestSlope);
     EXPECT_NEAR(scalar_of(*data, ScalarProperty::kMagnitude, x), glm::length(v), 1e-6);
     EXPECT_NEAR(scalar_of(*data, ScalarProperty::kValue, x), glm::length(v), 1e-6);
-    // Both are the same everywhere: differences over 2 mm of what is right to kLargestSlope.
+    // Both are constant: differences over 2 mm of values that are right to kLargestSlope.
     EXPECT_LT(glm::length(gradient_of(*data, ScalarProperty::kDivergence, x)),
               kLargestSlope / 1e-3);
     EXPECT_LT(glm::length(gradient_of(*data, ScalarProperty::kCurlMagnitude, x)),
@@ -68,12 +68,13 @@ TEST(Property, OfScalarDataIsThatOfItsGradient) {
     EXPECT_EQ(scalar_of(*data, ScalarProperty::kMagnitude, x), glm::length(gradient));
     EXPECT_EQ(vector_of(*data, VectorProperty::kGradient, x), gradient);
     EXPECT_EQ(gradient_of(*data, ScalarProperty::kValue, x), gradient);
-    // A potential's gradient has no curl.
+    // The gradient of a potential has no curl.
     EXPECT_EQ(vector_of(*data, VectorProperty::kCurl, x), glm::dvec3(0.0));
   }
 }
 
-/// A property's gradient against differences of itself, to a share of the largest slope met.
+/// A property's gradient compared with differences of the property, to a fraction of the largest
+/// slope found.
 void expect_gradients(const FrameData& data, ScalarProperty property, double reach_m, double share,
                       uint32_t seed) {
   Random random(seed);
@@ -104,13 +105,13 @@ TEST(Property, HasTheGradientsOfItsValues) {
 }
 
 TEST(Property, DifferencesAreExactForVectorsThatGrowWithTheSquareOfThePlace) {
-  // Central differences of a parabola are its slope, at samples and blended.
+  // Central differences of a parabola are exact, at samples and interpolated.
   const double k = 100.0;
   const auto sheared = flow([=](glm::dvec3 x) { return glm::dvec3(0.0, 0.0, k * x.x * x.x); });
   const auto swelling = flow([=](glm::dvec3 x) { return glm::dvec3(k * x.x * x.x, 0.0, 0.0); });
   Random random(5);
   for (int draw = 0; draw < 200; ++draw) {
-    // Away from x = 0, where lengths have their kink, by two voxels; and from the border.
+    // At least two voxels away from x = 0, where lengths have a kink, and away from the border.
     glm::dvec3 x = random.vector(0.017);
     x.x = (x.x < 0.0 ? -1.0 : 1.0) * (0.004 + 0.75 * std::abs(x.x));
     const glm::dvec3 expected(x.x < 0.0 ? -2.0 * k : 2.0 * k, 0.0, 0.0);

@@ -1,5 +1,5 @@
-// One motion for a whole sequence as the hand reads it. Oracles: the fields it was made of, and the
-// phantom, whose frames are made of material that moves in a known way.
+// One motion for a whole sequence as the haptic loop reads it. Oracles: the fields of which it was
+// made, and the phantom, whose material moves in a known way.
 #include "module/scene/sequence_map.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ SequenceMotion random_motion(uint32_t seed, int harmonics) {
   return motion;
 }
 
-/// A component of a field as scalar data, which are read by the same spline.
+/// A component of a field as scalar data, which use the same spline.
 std::shared_ptr<const FrameData> component(const Field& field, int axis) {
   Volume values{field.grid, std::vector<float>(field.u_mm.size())};
   for (size_t s = 0; s < values.values.size(); ++s)
@@ -125,7 +125,7 @@ TEST(SequenceMap, HoldsStillWhereAVectorIsNoNumber) {
   const MotionSample sample =
       moment.sample(volume_from_lps(oblique_grid().lps_from_index({3, 3, 2})));
   EXPECT_LT(sample.confidence, 1e-9);
-  EXPECT_LT(glm::length(sample.u_m), 1e-3) << "only what its neighbours' spline leaves";
+  EXPECT_LT(glm::length(sample.u_m), 1e-3) << "more than the neighbours' spline leaves";
   const double nan = std::numeric_limits<double>::quiet_NaN();
   moment.set(map->basis().at(nan));
   EXPECT_TRUE(std::isfinite(moment.sample(glm::dvec3(nan)).u_m.x));
@@ -163,7 +163,7 @@ TEST(CarriedVolume, HoldsOneFrameAndIsTheMaterialInAll) {
           sum += difference * difference;
           before += still * still;
         }
-    // Edges of 1.5 samples, stretched by the motion, are what is left.
+    // The remaining error comes from edges of 1.5 samples, stretched by the motion.
     if (k == 2) continue;
     EXPECT_LT(sum, 0.02 * before) << "frame " << k;
   }
@@ -174,7 +174,7 @@ TEST(CarriedVolume, TheMeanOfAllFramesHasLessNoiseAndIgnoresAFrameThatIsWrong) {
   const Grid grid = heart_grid(48);
   const Sequence clean = shell_phantom(grid, kFrames, 1, 0.0);
   Sequence noisy = shell_phantom(grid, kFrames, 1, 0.1);
-  // Something in one frame that is no material: brighter in a ball.
+  // One frame has an artefact: a brighter ball.
   constexpr float kBrighter = 1000.0F;
   const auto is_spoilt = [&](glm::ivec3 i) {
     return glm::length(grid.lps_from_index(glm::dvec3(i))) < 12.0;
@@ -210,7 +210,7 @@ TEST(CarriedVolume, TheMeanOfAllFramesHasLessNoiseAndIgnoresAFrameThatIsWrong) {
         if (is_spoilt({x, y, z})) spoilt_by = std::max(spoilt_by, std::abs(mean));
       }
   EXPECT_GT(of_one, 0.0);
-  // The middle half of eight frames: a variance of 0.15, and reading between samples takes some.
+  // The middle half of eight frames: a variance of 0.15, and interpolation reduces it further.
   EXPECT_LT(of_mean, 0.2 * of_one);
   EXPECT_LT(spoilt_by, 0.1 * kBrighter) << "a mean of all would be off by an eighth, and noise";
 }
@@ -246,7 +246,7 @@ TEST(CarriedVolume, HasTheSegmentsOfAnotherFrameWhereTheirMaterialIs) {
     for (const double r_mm : {24.0, 28.0, 32.0}) {
       const glm::dvec3 x = r_mm * way, u = sample_at_lps(motion.terms[1], x);
       largest_mm = std::max(largest_mm, glm::length(u));
-      // Read once more from samples 2 mm apart.
+      // Interpolated a second time from samples 2 mm apart.
       EXPECT_NEAR(distance.scalar(volume_from_lps(x)),
                   own.segments[0].distance_mm[0]->scalar(volume_from_lps(x + u)), 0.1);
     }
@@ -279,7 +279,7 @@ TEST(CarriedVolume, RefusesTheMotionOfAnotherSequence) {
   motion.terms.assign(4, still_field(grid));
   const auto once = carried(own, motion);
   ASSERT_TRUE(once);
-  EXPECT_FALSE(once->times.cyclic()) << "the motion knows whether it closes";
+  EXPECT_FALSE(once->times.cyclic()) << "whether the times are cyclic must follow from the motion";
   motion.reference = 9;
   EXPECT_FALSE(carried(own, motion));
 }

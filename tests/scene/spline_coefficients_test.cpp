@@ -82,7 +82,8 @@ TEST(SplineCoefficients, MakeTheSplineExactForCubics) {
         }
     const auto data = sampled_scalar(volume);
     for (int place = 0; place < 100; ++place) {
-      // The samples beside the border are not filtered: it begins three and a half further in.
+      // The samples beside the border are not filtered: the exact part begins three and a half
+      // samples further in.
       const glm::dvec3 mm = grid.lps_from_index(test::some_index(grid, random, -3.5));
       EXPECT_NEAR(data->scalar(volume_from_lps(mm)), cubic(mm), 1e-6 * largest) << draw;
     }
@@ -106,7 +107,7 @@ TEST(SplineCoefficients, LetThroughWavesAsTheFormulaOfTheirLengthSays) {
         place[axis] = at;
         EXPECT_NEAR(found.at(place.x, place.y, place.z), passes * std::cos(w * at), 3e-7);
       }
-      // What the description promises.
+      // The guaranteed values of the description.
       if (per_sample == 0.3) {
         EXPECT_NEAR(passes, 0.55, 0.01);
       }
@@ -142,7 +143,7 @@ TEST(SplineCoefficients, SwingOverBySixPercentOfAStep) {
   for (double i = 3.0; i < 17.0; i += 0.01)
     highest =
         std::max(highest, data->scalar(volume_from_lps(grid.lps_from_index({i, 10.0, 10.0}))));
-  // From the taps: the top lies a quarter of a voxel beyond the second sample inside.
+  // From the taps: the maximum is a quarter of a voxel beyond the second sample inside.
   EXPECT_NEAR(highest, 1.0637, 1e-4);
 }
 

@@ -1,4 +1,4 @@
-// Oracle: the definition, looked up pair by pair in long double.
+// Oracle: the definition, evaluated pair by pair in long double.
 #include "module/scene/transfer.h"
 
 #include <gmock/gmock.h>
@@ -96,7 +96,8 @@ TEST(TransferFunction, AgreesWithItsDefinitionAndItsPromises) {
     const size_t n = size_t(random.draw(1, 12));
     std::vector<double> in(n), out(n);
     for (size_t k = 0; k < n; ++k) {
-      in[k] = std::round(random.draw(-6, 6));  // so that some are equal
+      // So that some are equal.
+      in[k] = std::round(random.draw(-6, 6));
       out[k] = std::round(random.draw(-2, 3));
     }
     std::sort(in.begin(), in.end());

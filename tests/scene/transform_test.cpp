@@ -1,4 +1,4 @@
-// Oracle: the matrix the transform was made of.
+// Oracle: the matrix of which the transform was made.
 #include "module/scene/transform.h"
 
 #include <gmock/gmock.h>
@@ -15,7 +15,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Products of a few doubles of order one: some 1e-16 each, with room for a scale of 1e4.
+/// Products of a few doubles of order one: about 1e-16 each, with a margin for a scale of 1e4.
 constexpr double kRounding = 1e-11;
 
 double distance(const glm::dmat4& a, const glm::dmat4& b) {
@@ -41,8 +41,8 @@ TEST(Transform, ComesBackFromItsMatrix) {
     EXPECT_LT(distance(matrix(*back), matrix(t)), kRounding * 1e4) << "seed " << seed;
     EXPECT_GT(std::abs(glm::dot(back->rotation, t.rotation)), 1.0 - kRounding) << "seed " << seed;
     const glm::dvec3 x = random.vector(0.1);
-    // The world point is rounded at its own size, and the smallest scale magnifies that on the way
-    // back; ten operations.
+    // The world point is rounded relative to its own size, and the smallest scale magnifies this on
+    // the way back; ten operations.
     const glm::dvec3 world = t.world_from_volume(x);
     const double smallest = std::min({t.scale.x, t.scale.y, t.scale.z});
     const double allowed = 10 * 2.3e-16 * (glm::length(world) + 18.0) / smallest;
@@ -76,7 +76,7 @@ TEST(Transform, KeepsAScaleThatDiffersByAxis) {
 TEST(Transform, RefusesAMirrorImage) {
   EXPECT_THAT(refusal(glm::scale(glm::dmat4(1.0), glm::dvec3(1, 1, -1))), HasSubstr("mirror"));
   EXPECT_THAT(refusal(glm::scale(glm::dmat4(1.0), glm::dvec3(-2, -2, -2))), HasSubstr("mirror"));
-  // Two mirrors are a half turn.
+  // Two reflections are a half turn.
   EXPECT_EQ(refusal(glm::scale(glm::dmat4(1.0), glm::dvec3(-1, -1, 1))), "");
 }
 

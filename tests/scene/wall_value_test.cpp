@@ -1,4 +1,4 @@
-// Which surface of equal value is a wall. Oracle: shapes that are closed, or are not, by making.
+// Which iso-surface is a wall. Oracle: shapes that are closed or open by construction.
 #include "module/scene/wall_value.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ Volume sampled(const Value& value) {
   return volume;
 }
 
-/// 1 inside, 0 outside, over a voxel.
+/// 1 inside, 0 outside, over one voxel.
 double edge(double inside_mm) {
   return std::clamp(0.5 + inside_mm, 0.0, 1.0);
 }
@@ -33,10 +33,10 @@ TEST(WallValue, ABallIsAClosedWall) {
   const Volume frame = sampled([](glm::dvec3 x) { return 100.0 + 900.0 * ball(x, 22.0); });
   const WallQuality wall = wall_of(frame);
   EXPECT_EQ(wall.at.iso_value, value_between_groups(frame).iso_value);
-  // The edge's own values pull both means inwards.
+  // The values of the edge shift both means inwards.
   EXPECT_NEAR(wall.at.iso_value, 550.0, 20.0);
   EXPECT_LT(wall.ends, 0.01);
-  // Central differences over a voxel on an edge of one.
+  // Central differences over a voxel, of an edge that is one voxel wide.
   EXPECT_GT(wall.slope_per_mm, 350.0);
 }
 
@@ -49,7 +49,7 @@ TEST(WallValue, APlateFullOfHolesIsNone) {
 }
 
 TEST(WallValue, TakesTheValueThatGivesAClosedWall) {
-  // Half of all around the ball is crumbs of 500: Otsu puts its value between nothing and crumbs.
+  // Half of the volume around the ball is small regions of 500: Otsu's value is between 0 and 500.
   test::Random random(5);
   std::vector<double> crumbs(16 * 16 * 16);
   for (double& crumb : crumbs) crumb = random.draw(0.0, 1.0) < 0.5 ? 0.0 : 500.0;

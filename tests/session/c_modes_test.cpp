@@ -61,7 +61,8 @@ TEST(CModes, ThatLackSomethingAreRefused) {
   }
 }
 
-/// A mode in C++ behind the C interface: a surface on a plane, which throws when it is told to.
+/// A mode in C++ behind the C interface: a surface on a plane, which throws when the test sets it
+/// to.
 struct Throwing {
   static inline bool makes = true, throws = false, destroys = true;
   static inline int placed = 0;
@@ -123,7 +124,7 @@ TEST(CModes, ThatThrowAreLeftOutAndTheForceFollowsSlowly) {
       worst_step_n = std::max(worst_step_n, glm::length(output.command.force_n - last_n));
       last_n = output.command.force_n;
     }
-    EXPECT_EQ(Throwing::placed, 1) << "it is asked again";
+    EXPECT_EQ(Throwing::placed, 1) << "place() is called again";
     EXPECT_LT(glm::length(last_n), 0.01);
     EXPECT_LT(worst_step_n, 0.06);
     EXPECT_STREQ(mode->failure(),

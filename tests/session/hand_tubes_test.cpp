@@ -24,7 +24,8 @@ Grid cube() {
 std::shared_ptr<const FrameData> ramp() {
   Volume volume{cube(), {}};
   for (size_t v = 0; v < cube().count(); ++v)
-    volume.values.push_back(float(v / 400));  // rises along S
+    // Rises along S.
+    volume.values.push_back(float(v / 400));
   return sampled_scalar(std::move(volume));
 }
 
@@ -33,7 +34,7 @@ std::shared_ptr<const FrameData> streams() {
                         std::vector<glm::vec3>(cube().count(), glm::vec3(3.0F, 0.0F, 0.0F)));
 }
 
-/// Two frames of it, whose material rises by 4 mm.
+/// Two frames of it; the material rises by 4 mm.
 std::shared_ptr<const MovingVolume> rising(std::shared_ptr<const FrameData> frame) {
   MovingVolume volume;
   volume.times = {{0.0, 1.0}, 0.0};
@@ -65,7 +66,7 @@ std::shared_ptr<const Scene> scene_of(std::shared_ptr<const MovingVolume> data,
   return scene ? *scene : nullptr;
 }
 
-/// A hand at a place, in a volume that stands 1 m to the right.
+/// A hand at a place, in a volume that is 1 m to the right.
 SceneSnapshot snapshot_at(glm::dvec3 place_m, double time_s = 0.0) {
   SceneSnapshot snapshot;
   snapshot.volume_count = 1;
@@ -80,7 +81,7 @@ TEST(TubeField, IsWhatIsFeltElseTheVectorsElseTheVelocity) {
   EXPECT_EQ(tube_field(*scene_of(test::still(streams()), "follow", VectorProperty::kCurl), 0),
             TubeField::kCurl);
   EXPECT_EQ(tube_field(*scene_of(test::still(streams()), "vortex"), 0), TubeField::kVectors)
-      << "a core is not what a flow runs along";
+      << "the axis of a vortex is not a direction of flow";
   EXPECT_EQ(tube_field(*scene_of(test::still(ramp()), "follow"), 0), TubeField::kGradient)
       << "as in the paper's molecule";
   EXPECT_EQ(tube_field(*scene_of(rising(ramp()), "follow"), 0), TubeField::kGradient);
@@ -100,11 +101,11 @@ TEST(HandTubes, ReleasesAtTheProxyKeepsAndClears) {
   ASSERT_EQ(hand.tubes()->size(), 1U);
   const StreamTube& tube = *hand.tubes()->front().tube;
   EXPECT_LT(glm::distance(tube.released_m()[tube.seed()], glm::dvec3(0.0, 0.005, 0.002)), 1e-12)
-      << "in the volume's space, wherever that stands";
+      << "in volume space, wherever the volume is";
   const auto before = hand.tubes();
   EXPECT_EQ(command(Kind::kKeepTubes), "");
   EXPECT_TRUE(hand.tubes()->front().kept);
-  EXPECT_FALSE(before->front().kept) << "what was handed out does not change";
+  EXPECT_FALSE(before->front().kept) << "a list that was returned before does not change";
   EXPECT_EQ(command(Kind::kReleaseTube, {0.0, -0.005, 0.0}), "");
   EXPECT_EQ(hand.tubes()->size(), 2U);
   EXPECT_EQ(command(Kind::kClearTubes), "");
@@ -179,7 +180,7 @@ TEST(ScenePicture, DrawsTubesWhereTheMotionHasBroughtThemAndKeptOnesThicker) {
   const StreamTube& tube = *hand.tubes()->front().tube;
   ASSERT_EQ(loose.size(), tube.released_m().size() - 1);
   for (size_t k = 0; k < loose.size(); ++k) {
-    // 0.75 of 4 mm up, and the volume 1 m to the right.
+    // 0.75 of 4 mm up, and the volume is 1 m to the right.
     const glm::dvec3 wanted = tube.released_m()[k] + glm::dvec3(1.0, 0.003, 0.0);
     EXPECT_LT(glm::distance(loose[k].from, wanted), 1e-8);
     EXPECT_EQ(loose[k].to, k + 1 < loose.size() ? loose[k + 1].from : loose[k].to);
@@ -192,7 +193,8 @@ TEST(ScenePicture, DrawsTubesWhereTheMotionHasBroughtThemAndKeptOnesThicker) {
 }
 
 TEST(Things, AReleasedTubeHasNoColourOfFleshOrBone) {
-  // In all: more blue or green than red, or as much of both and no blue.
+  // All colours of the scale: more blue or green than red, or equally red and green without blue;
+  // never grey.
   for (double length = 1.0; length <= 10.0; length *= 1.1) {
     const glm::dvec3 colour = released_tube_colour(length, 1.0, 10.0);
     EXPECT_GT(std::max(colour.g, colour.b), colour.r - 0.1) << length;
@@ -215,7 +217,8 @@ TEST(ScenePicture, ABareFingertipShowsContactByItsColour) {
   const Eye eye = eye_at({1.0, 0.0, 0.3}, {1.0, 0.0, 0.0}, 0.5, {64, 64});
   const auto ball = [&](bool contact, double force_n) {
     SceneSnapshot snapshot = snapshot_at(glm::dvec3(0.0));
-    snapshot.probe_m = {1.01, 0.0, 0.0};  // deeper than where it is held
+    // Deeper than the proxy, which the wall holds.
+    snapshot.probe_m = {1.01, 0.0, 0.0};
     snapshot.in_contact = contact;
     snapshot.force_n = {force_n, 0.0, 0.0};
     const Things things = picture.at(snapshot, 0, eye).things;
@@ -224,7 +227,7 @@ TEST(ScenePicture, ABareFingertipShowsContactByItsColour) {
     return things.at(0).colour;
   };
   const glm::dvec3 free = ball(false, 0.0), light = ball(true, 0.1), hard = ball(true, 2.0);
-  EXPECT_GT(glm::distance(free, light), 0.3) << "a touch is seen before it is a force";
+  EXPECT_GT(glm::distance(free, light), 0.3) << "a touch is visible before there is a force";
   EXPECT_GT(glm::distance(light, hard), 0.3);
   EXPECT_EQ(ball(true, 9.0), hard);
 }

@@ -1,4 +1,4 @@
-// A live source while it is felt: frames come one by one, the test ticks the session as a host
+// A live source while it is felt: frames arrive one by one; the test ticks the session as a host
 // does.
 #include "module/session/live_sequence.h"
 
@@ -25,7 +25,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int64_t kMs = 1'000'000;
-constexpr double kStep_n = 0.1;  // as session_test.cpp has it for frames of a file
+// As in session_test.cpp for frames of a file.
+constexpr double kStep_n = 0.1;
 
 LoadedScene scene_of(const Volume& first) {
   auto given = std::make_shared<scenes::GivenVolume>();
@@ -67,7 +68,8 @@ class LiveFrames : public test::DeviceTest {
     const std::lock_guard lock(mutex_);
     return notes_;
   }
-  /// One millisecond, in about one, at r along a slanted way out of the middle.
+  /// Ticks one millisecond, which takes about as long, at distance r from the middle along a
+  /// slanted line.
   double at(double r_m) {
     time_ns_ += kMs;
     const glm::dvec3 force_n =
@@ -76,14 +78,14 @@ class LiveFrames : public test::DeviceTest {
     last_n_ = force_n;
     return glm::length(force_n);
   }
-  /// Pushes a frame, and feels at r for 100 ms.
+  /// Pushes a frame, and ticks at r for 100 ms.
   void push_for_100_ms(const Volume& frame, double r_m) {
     pushed_ns_.push_back(monotonic_ns());
     live_->push(frame, pushed_ns_.back());
     const auto until = std::chrono::steady_clock::now() + 100ms;
     tick_until(r_m, [&] { return std::chrono::steady_clock::now() > until; });
   }
-  /// The mean time from one such push to the next: longer than 100 ms on a busy machine.
+  /// The mean time between two such pushes: longer than 100 ms on a busy machine.
   double seconds_per_push() const {
     return 1e-9 * double(pushed_ns_.back() - pushed_ns_.front()) / double(pushed_ns_.size() - 1);
   }
@@ -92,7 +94,7 @@ class LiveFrames : public test::DeviceTest {
       if (at(r_m) > force_n) return r_m;
     return 0.0;
   }
-  /// Ticks at r until the condition holds. False: it did not for so long.
+  /// Ticks at r until the condition is true. False: it was not within this time.
   template <class Condition>
   bool tick_until(double r_m, Condition condition, std::chrono::seconds most = 60s) {
     const auto start = std::chrono::steady_clock::now();
@@ -101,7 +103,8 @@ class LiveFrames : public test::DeviceTest {
       const double force_n = at(r_m);
       least_n_ = std::min(least_n_, force_n);
       most_n_ = std::max(most_n_, force_n);
-      std::this_thread::sleep_until(start + tick * 1ms);  // the loop's time is that of the frames
+      // The loop's time must advance as that of the frames.
+      std::this_thread::sleep_until(start + tick * 1ms);
     }
     return true;
   }
@@ -110,7 +113,8 @@ class LiveFrames : public test::DeviceTest {
   std::unique_ptr<LiveSequence> live_;
   std::vector<int64_t> pushed_ns_;
   double worst_step_n_ = 0.0, least_n_ = 1e9, most_n_ = 0.0;
-  std::atomic<int> to_throw_{0};  // so often the device can not be opened
+  // How often opening the device fails.
+  std::atomic<int> to_throw_{0};
   std::atomic<bool> notes_throw_{false};
 
  private:
@@ -137,15 +141,16 @@ TEST_F(LiveFrames, AreFollowedUnderTheHandWithoutAStepOfTheForce) {
   EXPECT_GT(numbers.delay_median_s, 0.0);
   EXPECT_GE(numbers.delay_p95_s, numbers.delay_median_s);
   EXPECT_LT(worst_step_n_, kStep_n);
-  EXPECT_GT(most_n_ - least_n_, 0.3);  // it did move
-  // Nothing comes: it rests, and the force with it.
+  // The wall did move.
+  EXPECT_GT(most_n_ - least_n_, 0.3);
+  // No frame arrives: the wall rests, and the force is constant.
   for (int k = 0; k < 500; ++k) at(r_m);
   const double resting_n = at(r_m);
   for (int k = 0; k < 500; ++k) EXPECT_NEAR(at(r_m), resting_n, 0.02);
 }
 
 TEST_F(LiveFrames, ThatComeOnceMoreDoNotMove) {
-  // With detail that a spline's coefficients do not have.
+  // With noise, a detail that coefficients of a spline do not have.
   Volume first = shell_phantom(40, 8, 1, 0.0).frames[0];
   std::mt19937 random(7);
   std::uniform_real_distribution<float> noise(-20.0F, 20.0F);
@@ -168,11 +173,11 @@ TEST_F(LiveFrames, AreFollowedAfterAnException) {
   ASSERT_GT(r_m, 0.01);
   ASSERT_TRUE(tick_until(r_m, [&] { return live_->numbers().felt >= 1; }));
   EXPECT_NE(notes().find("the driver has fallen over"), std::string::npos) << notes();
-  EXPECT_LE(to_throw_, -1) << "it was not tried again";
+  EXPECT_LE(to_throw_, -1) << "opening was not tried again";
 }
 
 TEST_F(LiveFrames, ArriveWhereTheirOwnSurfaceIs) {
-  // Felt live at frame 3, and felt alone: the same wall at the same place.
+  // Frame 3 of a live source, and the same frame alone: the same wall at the same place.
   const Sequence shell = shell_phantom(40, 8, 1, 0.0);
   begin(shell.frames[3], false);
   const double alone_m = press(0.5);
@@ -214,7 +219,7 @@ TEST_F(LiveFrames, OfAnotherGridAreBroughtOntoTheFirstOnes) {
 
 TEST_F(LiveFrames, ThatRepeatBecomeACycleUntilTheyNoLongerDo) {
   const Sequence shell = shell_phantom(32, 8, 1, 0.0);
-  // Half grown: what grows then stays below the largest force.
+  // Half grown: so the growth that follows stays below the largest force.
   begin(shell.frames[2], true);
   const double r_m = press(0.5);
   ASSERT_GT(r_m, 0.01);
@@ -227,7 +232,7 @@ TEST_F(LiveFrames, ThatRepeatBecomeACycleUntilTheyNoLongerDo) {
   EXPECT_TRUE(session_->scene()->volumes[0].data->whole);
   for (const size_t more = k + 16; k < more; ++k) every_100_ms(k % 8);
   EXPECT_GT(live_->numbers().kept, 5u);
-  // Further cycles make its motion better, and the hand feels no step.
+  // Further cycles improve the motion, without a step of the force.
   const auto first = session_->scene()->volumes[0].data;
   EXPECT_EQ(live_->numbers().cycles, 1);
   for (size_t n = 0; n < 200 && live_->numbers().cycles < 3; ++n, ++k) every_100_ms(k % 8);
@@ -237,7 +242,7 @@ TEST_F(LiveFrames, ThatRepeatBecomeACycleUntilTheyNoLongerDo) {
   EXPECT_GE(live_->numbers().kept, 16u);
   EXPECT_EQ(refined->frames.front(), first->frames.front());
   EXPECT_FALSE(refined->whole->may_fold());
-  // It stands still at one phase: that is no cycle.
+  // It stands still at one phase: this is no cycle.
   for (size_t n = 0; n < 60 && live_->numbers().cycle_s > 0.0; ++n) every_100_ms(3);
   EXPECT_EQ(live_->numbers().cycle_s, 0.0);
   EXPECT_EQ(live_->numbers().cycles, 0);
@@ -299,7 +304,8 @@ TEST(RepetitionOfFrames, IsFoundInNoiseAndOnlyWhereItIs) {
           << period << " frames, noise " << noise;
   EXPECT_FALSE(period_of([](int) { return 0.3; }, 160, 20.0));  // stands still
   EXPECT_FALSE(period_of([](int) { return 0.3; }, 160, 0.0));
-  EXPECT_FALSE(period_of([](int n) { return 0.002 * n * n; }, 60, 0.0));  // ever faster
+  // Faster and faster.
+  EXPECT_FALSE(period_of([](int n) { return 0.002 * n * n; }, 60, 0.0));
   EXPECT_FALSE(period_of([](int n) { return 3.0 * std::sin(0.0005 * n * n); }, 70, 20.0));
 }
 
@@ -317,7 +323,7 @@ TEST(RepetitionOfFrames, GoingToAndFroIsToldApartByWhereItWas) {
   EXPECT_EQ(Repetition::nearest(to_and_fro(3), means, 0.8, 3.0).frame, 1);
   EXPECT_EQ(Repetition::nearest(to_and_fro(0), means, 7.6, 3.0).frame, 0);
   EXPECT_EQ(Repetition::nearest(to_and_fro(7), means, -1.2, 3.0).frame, 7);
-  // It is not made to fit: 2 and 6 look like no other.
+  // Frames 2 and 6 are like no other frame, so the time does not change the result.
   EXPECT_EQ(Repetition::nearest(to_and_fro(6), means, 2.0, 3.0).frame, 6);
 }
 

@@ -8,7 +8,7 @@
 
 namespace palpate::test {
 
-/// What a host says of its force device.
+/// What a host reports about its force device.
 inline DeviceInfo host_device() {
   DeviceInfo info;
   info.kind = "test";

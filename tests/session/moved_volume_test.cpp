@@ -1,4 +1,4 @@
-// The volume as it is moved now, against data whose motion is one vector.
+// The volume moved to the present time, for data whose motion is one vector.
 #include "module/session/moved_volume.h"
 
 #include <gtest/gtest.h>
@@ -12,9 +12,11 @@
 namespace palpate {
 namespace {
 
-const glm::dvec3 kSlope(2.0, -1.0, 3.0);  // of the values along L, P, S, 1/mm
+// Of the values along L, P, S, 1/mm.
+const glm::dvec3 kSlope(2.0, -1.0, 3.0);
 const glm::vec3 kMoved_mm(3.0F, -2.0F, 1.0F);
-constexpr double kChange = 10.0;  // of the second frame's own values
+// Of the second frame's own values.
+constexpr double kChange = 10.0;
 
 Grid turned_grid() {
   Grid grid;
@@ -26,8 +28,8 @@ Grid turned_grid() {
   return grid;
 }
 
-/// Values rise evenly in space. In the second frame they are where the motion has taken them, and
-/// kChange higher.
+/// Values rise linearly in space. The second frame has them at the places to which the motion moves
+/// them, plus kChange.
 VolumeData two_frames() {
   const Grid grid = turned_grid();
   Volume first{grid, {}}, second{grid, {}};
@@ -50,7 +52,7 @@ Field the_field() {
   return {grid, std::vector<glm::vec3>(grid.count(), kMoved_mm)};
 }
 
-/// Well inside: at its border an image's values are held.
+/// Well inside: at the border of an image its values are clamped.
 template <class Work>
 void inside(const Grid& grid, int border, const Work& work) {
   for (int k = border; k < grid.size.z - border; ++k)

@@ -1,4 +1,4 @@
-// A scene while it is felt, ticked by the test as a host would tick it.
+// A running scene, ticked by the test as a host does.
 #include "module/session/session.h"
 
 #include <gtest/gtest.h>
@@ -36,12 +36,12 @@ LoadedScene shell_in_memory(int size = 40, int frames = 4) {
   return scene ? std::move(*scene) : LoadedScene{};
 }
 
-/// A hand that a host moves and a session that answers.
+/// A hand that a host moves, and the session's force on it.
 class Hand {
  public:
   explicit Hand(Session& session) : session_(session) {}
 
-  /// One millisecond at r along a slanted way out of the middle.
+  /// Ticks one millisecond at distance r from the middle along a slanted line.
   glm::dvec3 at(double r_m) {
     time_ns_ += kSessionMs_ns;
     const glm::dvec3 force_n =
@@ -49,7 +49,7 @@ class Hand {
     worst_step_n = std::max(worst_step_n, glm::length(force_n - last_n_));
     return last_n_ = force_n;
   }
-  /// Comes in slowly until the force is there; where that is, m. 0: there is nothing.
+  /// Moves in slowly until the force is reached. Returns the place, m; 0: there is no force.
   double press(double force_n) {
     for (double r_m = 0.07; r_m > 0.005; r_m -= 10e-6)
       if (glm::length(at(r_m)) > force_n) return r_m;
@@ -63,7 +63,7 @@ class Hand {
   glm::dvec3 last_n_{0.0};
 };
 
-/// What a session said, in order.
+/// The events of a session, in order.
 class Events {
  public:
   std::function<void(const SessionEvent&)> listener() {
@@ -115,7 +115,7 @@ TEST_F(SessionWithMotion, FindsTheMotionOfFramesInMemoryUnderTheHand) {
   const double r_m = hand.press(0.5);
   ASSERT_GT(r_m, 0.01);
   hand.worst_step_n = 0.0;
-  // The host's millisecond passes in less than one: the estimation has the rest of the time.
+  // One tick of the host takes less than its millisecond: the estimation has the remaining time.
   const auto give_up = std::chrono::steady_clock::now() + 60s;
   while (!session->motion().is_done() && std::chrono::steady_clock::now() < give_up) {
     hand.at(r_m);
@@ -129,7 +129,7 @@ TEST_F(SessionWithMotion, FindsTheMotionOfFramesInMemoryUnderTheHand) {
   EXPECT_TRUE(session->can_play());
   EXPECT_LT(hand.worst_step_n, kSessionStep_n);
   EXPECT_TRUE(session->scene()->volumes[0].data->whole);
-  // It moves: the same place is pressed by another force at another phase.
+  // The wall moves: at the same place the force differs with the phase.
   double least_n = 1e9, most_n = 0.0;
   for (int k = 0; k < 4000; ++k) {
     const double force_n = glm::length(hand.at(r_m));
@@ -169,7 +169,7 @@ TEST(LoadedScene, GivesTheFramesThatWereReadWithoutReadingThemAgain) {
       EXPECT_EQ(frame->values, shell.frames[k].values) << k;
     }
   }
-  // Nobody holds them any longer than that, and where a frame is asked for once nobody ever does.
+  // The frames are released after this, and frames that are read only once are never kept.
   EXPECT_FALSE(carried.missing[0].open());
   EXPECT_FALSE(own.missing[0].open());
 }
@@ -192,7 +192,7 @@ TEST_F(SessionWithMotion, SaysWhyThereIsNone) {
   ASSERT_TRUE(session);
   while (!session->motion().is_done()) std::this_thread::sleep_for(1ms);
   Hand hand(*session);
-  EXPECT_GT(hand.press(0.5), 0.01) << "what is known is not felt";
+  EXPECT_GT(hand.press(0.5), 0.01) << "the data that are there are not felt";
   for (int k = 0; k < 1000 && !events_.has(EventKind::kMotionFailed); ++k)
     std::this_thread::sleep_for(1ms);
   ASSERT_TRUE(events_.has(EventKind::kMotionFailed));
@@ -211,7 +211,7 @@ TEST_F(SessionWithMotion, SaysWhatWasThrownOnTheEstimationsThread) {
   ASSERT_TRUE(events_.has(EventKind::kMotionFailed));
   EXPECT_NE(events_.all().back().sentence.find("the driver has fallen over"), std::string::npos);
   Hand hand(*session);
-  EXPECT_GT(hand.press(0.5), 0.01) << "what is known is not felt";
+  EXPECT_GT(hand.press(0.5), 0.01) << "the data that are there are not felt";
 }
 
 TEST_F(SessionWithMotion, GoesOnWhereItsListenersThrow) {
@@ -227,7 +227,8 @@ TEST_F(SessionWithMotion, GoesOnWhereItsListenersThrow) {
   };
   auto session = in_host(shell_in_memory(), throwing);
   ASSERT_TRUE(session);
-  session->release_tube();  // there is no motion yet, which is told
+  // There is no motion yet, which is an event.
+  session->release_tube();
   Hand hand(*session);
   const double r_m = hand.press(0.5);
   EXPECT_GT(r_m, 0.01);
@@ -285,7 +286,7 @@ TEST(Session, PlacesAVolumeThatMayBeMoved) {
   away.translation_m += glm::dvec3(0.0, 0.0, -0.05);
   hand.worst_step_n = 0.0;
   for (int k = 0; k < 1000; ++k) {
-    // Poses have monotonic times, and the smooth path follows these.
+    // Poses have monotonic times, which the smooth path follows.
     if (k % 16 == 0) {
       Transform part = start;
       part.translation_m += std::min(1.0, k / 500.0) * (away.translation_m - start.translation_m);
@@ -317,7 +318,8 @@ TEST(Session, PlaysPausesAndScrubs) {
   const double first_s = time_after(100).volumes[0].time_s;
   EXPECT_NE(time_after(100).volumes[0].time_s, first_s);
   session->toggle_play();
-  time_after(1000);  // it comes to rest by a ramp
+  // It comes to rest by a ramp.
+  time_after(1000);
   const SceneSnapshot paused = time_after(1);
   EXPECT_EQ(time_after(100).volumes[0].time_s, paused.volumes[0].time_s);
   session->scrub(paused, 0.25);

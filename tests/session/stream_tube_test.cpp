@@ -1,5 +1,5 @@
-// Stream tubes by hand: field lines against flows whose lines are known by a formula, and carried
-// as the material is, against motion that is known by a formula.
+// Stream tubes laid by the hand: field lines of flows whose lines are given by a formula, and tubes
+// carried by a motion that is given by a formula.
 #include "module/session/stream_tube.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ Grid tube_cube(int n = 48) {
   return grid;
 }
 
-/// A vector frame of a formula over volume space (m), values along volume space's axes.
+/// A vector frame from a formula over volume space (m), values along volume space's axes.
 template <class Formula>
 std::shared_ptr<const FrameData> vectors(const Formula& formula) {
   const Grid grid = tube_cube();
@@ -51,7 +51,7 @@ Field field(const Grid& grid, const Formula& u_m) {
   return made;
 }
 
-/// About the z axis, in metres per second at a metre.
+/// Rotation about the z axis, in metres per second at one metre.
 glm::dvec3 turning(glm::dvec3 x) {
   return {-x.y, x.x, 0.0};
 }
@@ -89,7 +89,7 @@ TEST(StreamTube, OfACircularFlowIsAClosedCircle) {
     ASSERT_TRUE(tube) << tube.error().message;
     EXPECT_TRUE(tube->closed());
     EXPECT_EQ(tube->released_m().front(), tube->released_m().back());
-    // All the way round and no further, in steps of at most half a cell.
+    // One whole turn and no further, in steps of at most half a cell.
     const double round_m = 2.0 * std::numbers::pi * radius_m;
     double length_m = 0.0;
     for (size_t k = 1; k < tube->released_m().size(); ++k) {
@@ -103,10 +103,11 @@ TEST(StreamTube, OfACircularFlowIsAClosedCircle) {
       const glm::dvec3 x = tube->released_m()[k];
       most_m = std::max(most_m, std::abs(std::hypot(x.x, x.y) - radius_m));
       most_m = std::max(most_m, std::abs(x.z - 0.003));
-      // The spline of a linear field is the field, but for floats and the border.
+      // The spline of a linear field is exact but for float rounding and the border.
       EXPECT_NEAR(tube->lengths()[k], radius_m, 1e-4 * radius_m);
     }
-    // Runge-Kutta's way off the circle in one round is about 2 pi (h / r)^5 / 144 of the radius ...
+    // In one turn the Runge-Kutta method leaves the circle by about 2 pi (h / r)^5 / 144 of the
+    // radius ...
     const double h = 0.5 * kCell_m / radius_m;
     EXPECT_LT(most_m, 2.0 * std::numbers::pi * std::pow(h, 5) / 144.0 * radius_m + 1e-4 * kCell_m)
         << "radius " << radius_m;
@@ -116,7 +117,7 @@ TEST(StreamTube, OfACircularFlowIsAClosedCircle) {
 }
 
 TEST(StreamTube, OfAVortexWithACoreIsACircleToo) {
-  // Curved in space: what interpolation leaves of the direction is seen here.
+  // The flow is curved in space, so the interpolation error of the direction is measured here.
   const double core_m = 0.006;
   const auto volume = test::still(vectors([&](glm::dvec3 x) {
     const double r2 = (x.x * x.x + x.y * x.y) / (core_m * core_m);
@@ -143,7 +144,7 @@ TEST(StreamTube, OfAScrewRunsBothWaysFromTheHand) {
   EXPECT_FALSE(tube->closed());
   ASSERT_GT(tube->seed(), 10U);
   EXPECT_EQ(tube->released_m()[tube->seed()], seed);
-  // Upstream is below, downstream above, and each place lies where its height says.
+  // Upstream is below, downstream above, and the angle of each point follows from its height.
   double turns = 0.0, angle = 0.0;
   for (size_t k = tube->seed(); k < tube->released_m().size(); ++k) {
     const glm::dvec3 x = tube->released_m()[k];
@@ -156,8 +157,8 @@ TEST(StreamTube, OfAScrewRunsBothWaysFromTheHand) {
   EXPECT_LT(tube->released_m().front().z, -0.01);
 }
 
-/// Streams across, in two frames of which the second has them twice as fast and turned by a right
-/// angle; the material rises by 4 mm.
+/// A flow across, in two frames: in the second it is twice as fast and rotated by a right angle.
+/// The material rises by 4 mm.
 std::shared_ptr<const MovingVolume> stream_that_turns() {
   MovingVolume volume;
   volume.times = {{0.0, 1.0}, 0.0};
@@ -227,15 +228,15 @@ TEST(StreamTube, OfABeatingShellIsItsVelocityAndBeatsWithIt) {
   ASSERT_TRUE(tube) << tube.error().message;
   ASSERT_GT(tube->released_m().size(), 10U);
   EXPECT_LT(glm::distance(tube->places(then)[tube->seed()], seed), 1e-9);
-  // All moves along the radius. Fields of 2 mm cells bend its lines by little.
+  // All material moves along the radius. Fields with cells of 2 mm bend its lines only a little.
   double aside_m = 0.0;
   for (const glm::dvec3 x : tube->released_m())
     if (glm::length(x) > 0.006)
       aside_m = std::max(aside_m, glm::length(glm::cross(x, glm::normalize(seed))));
   EXPECT_LT(aside_m, 0.05 * 2e-3);
   RecordProperty("most_aside_cells", std::to_string(aside_m / 2e-3));
-  // Where the formula has the same material in every frame, to what trilinear fields leave: two
-  // halves of the cells' curvature, added over the steps that lie between.
+  // The formula gives the place of the same material in every frame. The tolerance is the error of
+  // trilinear fields: half the cells' curvature, twice, added over the steps in between.
   const std::vector<glm::dvec3> first = tube->places({0, 0.0});
   double off_m = 0.0;
   for (int frame = 0; frame < kShellFrames; ++frame) {
@@ -257,13 +258,13 @@ TEST(StreamTube, ComesBackAfterEveryBeatAndNeverJumps) {
   for (int frame = 0; frame < kShellFrames; ++frame) {
     const std::vector<glm::dvec3> end = tube->places({frame, 1.0 - 1e-9});
     const std::vector<glm::dvec3> next = tube->places({(frame + 1) % kShellFrames, 0.0});
-    // Fields are floats: 10 mm to 1e-9 m. Where it was released in the middle of a step the round
-    // trip is closed to what closing a cycle leaves, a thousandth of a cell.
+    // Fields are floats: 10 mm to 1e-9 m. For a tube that was released in the middle of a step, the
+    // round trip closes with the error of closing a cycle, a thousandth of a cell.
     EXPECT_LT(apart_m(end, next), 1e-3 * 2e-3) << frame;
   }
 }
 
-/// Material that is stirred to and fro: u = a sin(2 pi t / T) (-y, x, 0), a cycle of 2 s in 8
+/// Material that rotates back and forth: u = a sin(2 pi t / T) (-y, x, 0), a cycle of 2 s in 8
 /// frames.
 std::shared_ptr<const MovingVolume> stirred(double a) {
   const Grid grid = tube_cube();
@@ -281,12 +282,12 @@ std::shared_ptr<const MovingVolume> stirred(double a) {
 }
 
 TEST(StreamTube, OfOneMotionForAllTimesIsTheVelocityAtItsPhase) {
-  // With s = a sin(w t) material is at (I + s J) X, J a quarter turn, so its velocity at y is
-  // a w cos(w t) / (1 + s^2) (J y + s y): circles at s = 0, else spirals r = r0 exp(s phi).
+  // With s = a sin(w t) the material is at (I + s J) X, J a quarter turn, so its velocity at y is a
+  // w cos(w t) / (1 + s^2) (J y + s y): circles at s = 0, else spirals r = r0 exp(s phi).
   constexpr double kA = 0.4, kW = std::numbers::pi;
   const auto volume = stirred(kA);
   const glm::dvec3 seed(0.010, 0.0, 0.004);
-  // Not where a turn takes only a few steps, nor where the samples end.
+  // Leaves out radii at which one turn has only a few steps, and the border of the samples.
   const auto is_between = [](glm::dvec3 x) {
     const double r = std::hypot(x.x, x.y);
     return r > 0.003 && r < 0.018;
@@ -334,7 +335,7 @@ TEST(StreamTube, StaysWithTheMaterialWhenTheMotionBecomesKnown) {
   const auto tube =
       StreamTube::release(standing, true, TubeField::kGradient, {0, 0.0}, {0.014, 0.010, 0.002});
   ASSERT_TRUE(tube) << tube.error().message;
-  EXPECT_LT(apart_m(tube->places({2, 0.0}), tube->released_m()), 1e-12) << "nothing moves it yet";
+  EXPECT_LT(apart_m(tube->places({2, 0.0}), tube->released_m()), 1e-12) << "no motion is there yet";
   const auto known = tube->moved_to(moving, {0, 0.0});
   ASSERT_TRUE(known);
   EXPECT_LT(apart_m(known->places({0, 0.0}), tube->released_m()), 1e-12);
@@ -345,7 +346,7 @@ TEST(StreamTube, StaysWithTheMaterialWhenTheMotionBecomesKnown) {
         volume_from_lps(shell_point(lps_from_volume(tube->released_m()[k]), 0, 2));
     EXPECT_LT(glm::distance(large[k], wanted), 0.1 * 2e-3);
   }
-  // And at a phase in the middle, where the material has to be found again.
+  // Also at a phase within a step, where the material has to be found by inverting the motion.
   const FramePointer between{1, 0.6};
   const auto again = known->moved_to(beating_shell(), between);
   ASSERT_TRUE(again);
@@ -361,7 +362,7 @@ TEST(StreamTube, SaysWhyThereIsNone) {
   const auto stands = StreamTube::release(nothing, true, TubeField::kVectors, {}, glm::dvec3(0.0));
   ASSERT_FALSE(stands);
   EXPECT_EQ(stands.error().message, "there is no direction to follow there");
-  // At the turn of the stirring all material rests.
+  // When the rotation reverses, all material is at rest.
   const auto rests =
       StreamTube::release(stirred(0.4), true, TubeField::kVelocity, {2, 0.0}, {0.01, 0.0, 0.0});
   ASSERT_FALSE(rests);

@@ -1,4 +1,4 @@
-// The tone, and how it reaches ALSA: its own file device stands for the loudspeaker.
+// The tone, and its way to ALSA: ALSA's own file device replaces the loudspeaker.
 #include "integration/sound/contact_sound.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ TEST(ContactTone, IsShortQuietAndDoesNotClick) {
   }
   EXPECT_GT(loudest, 32767 / 8);
   EXPECT_LE(loudest, 32767 / 4);
-  // No faster than its own sine: an edge would.
+  // No steeper than its own sine, as an edge would be.
   EXPECT_LE(steepest, 2.0 * std::numbers::pi * 660.0 / kRate_hz * 32767 / 4 + 1.0);
 }
 
@@ -48,7 +48,7 @@ TEST(ContactTone, IsAt660Hz) {
     EXPECT_GT(power(660.0), 4.0 * power(other)) << other;
 }
 
-/// ALSA as this file says, for what is opened while it lives.
+/// Replaces ALSA's configuration for devices that are opened during the object's life.
 class AlsaWith {
  public:
   explicit AlsaWith(const std::string& config) {
@@ -81,7 +81,7 @@ TEST(ContactSound, PlaysTheToneEachTimeItIsAskedTo) {
         << sound.take_trouble();
     const std::vector<int16_t> played = samples_in(file);
     ASSERT_GE(played.size(), times * tone.size());
-    // The device takes whole periods: zeros may lie between one tone and the next.
+    // The device takes whole periods: there may be zeros between two tones.
     EXPECT_NE(std::search(played.end() - ptrdiff_t(played.size() / times), played.end(),
                           tone.begin() + 1, tone.end() - 1),
               played.end())

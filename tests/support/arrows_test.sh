@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Which folder may include what: the arrows of the house, for what the build does not already refuse.
+# Which folder may include which: the rules that the build itself does not enforce.
 # usage: arrows_test.sh SOURCE_DIR
 set -euo pipefail
 cd "$1"

@@ -3,8 +3,8 @@
 namespace palpate::test {
 namespace {
 
-/// Owns the device, so that it closes before the program's static objects (the driver's among them)
-/// go.
+/// Owns the device. It is closed before the program's static objects, those of the driver included,
+/// are destroyed.
 class OneDevice : public ::testing::Environment {
  public:
   const Device& get() {
@@ -37,7 +37,7 @@ OneDevice& environment() {
   return *one;
 }
 
-// Registered before main, as the framework asks.
+// Registered before RUN_ALL_TESTS(), as GoogleTest requires.
 [[maybe_unused]] const OneDevice& registered = environment();
 
 }  // namespace
@@ -56,7 +56,7 @@ void DeviceTest::TearDown() {
   EXPECT_TRUE(context()->validation_active())
       << "the Khronos validation layer is missing (Debian: vulkan-validationlayers)";
   std::vector<std::string> messages = context()->validation_messages();
-  // Only this test's own: one bad test shall not blame all that follow.
+  // Removes only the messages of this test, so that the next tests do not fail because of them.
   messages.erase(messages.begin(), messages.begin() + std::ptrdiff_t(messages_before_));
   EXPECT_TRUE(messages.empty()) << messages.size()
                                 << " validation messages, the first: " << messages.front();

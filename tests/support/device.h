@@ -11,7 +11,8 @@
 namespace palpate::test {
 
 /// One device with validation and one set of kernels for a whole test program, opened by the first
-/// test that asks. `context` is null where no device could be opened, and `why_not` says why.
+/// test that uses it. `context` is null if no device could be opened; `why_not` then gives the
+/// reason.
 struct Device {
   std::shared_ptr<vulkan::Context> context;
   std::shared_ptr<MotionKernels> kernels;  ///< for images of any format
@@ -19,8 +20,8 @@ struct Device {
 };
 const Device& device();
 
-/// A test that needs a device: skipped and said where there is none. When it ends, the validation
-/// layers, synchronisation validation included, must have been on and silent.
+/// A test that needs a device. It is skipped, with a message, where there is none. At its end the
+/// validation layers, synchronisation validation included, must have been active without a message.
 class DeviceTest : public ::testing::Test {
  protected:
   void SetUp() override;

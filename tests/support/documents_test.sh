@@ -13,7 +13,7 @@ for page in CONTRIBUTING.md docs/architecture.md docs/force-limits.md; do
     [[ -e $(dirname $page)/$path ]] || { echo "$page links to $path, which is not there."; failed=1; }
   done < <(grep -oE '\]\([^)h][^)]*\)' $page | sed 's/^](//; s/)$//' | sort -u)
 done
-# `Class::function`, `Suite.Test`, `Suite.*`, `Test...`, `file.cpp`: what is left of it without class and suite.
+# `Class::function`, `Suite.Test`, `Suite.*`, `Test...`, `file.cpp`: the part without class and suite.
 while read -r name; do
   grep -rqF --include='*.h' --include='*.cpp' -- "$name" module integration/devices tests || [[ -n $(find module tests -name "$name") ]] ||
     { echo "docs/force-limits.md names $name, which is not there."; failed=1; }

@@ -23,15 +23,15 @@ inline Field linear_field(const Grid& grid, glm::dvec3 offset_mm, const glm::dma
   return field;
 }
 
-/// Independent vectors: as rough as a field can be.
+/// Independent random vectors: the roughest field possible.
 inline Field rough_field(const Grid& grid, Random& random, double reach_mm) {
   Field field = still_field(grid);
   for (glm::vec3& u : field.u_mm) u = glm::vec3(random.vector(reach_mm));
   return field;
 }
 
-/// A sum of a few sine waves of `shortest_mm` or longer, the steepest slope of each 1: smooth, as
-/// an estimated field is. Scale it to the contraction wanted.
+/// A sum of sine waves with wavelengths of `shortest_mm` or more, each with a steepest slope of 1:
+/// smooth, as an estimated field is. Scale it to get the contraction that a test needs.
 inline Field smooth_field(const Grid& grid, Random& random, double shortest_mm, int waves = 6) {
   struct Wave {
     glm::dvec3 k, amplitude;

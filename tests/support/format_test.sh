@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Names the files that clang-format would change and what to do. Of Debian 12's version: others differ in details.
+# Prints the files that clang-format would change, and what to do. With Debian 12's version: others differ in details.
 # usage: format_test.sh ROOT
 set -euo pipefail
 cd "$1"

@@ -9,9 +9,9 @@
 
 namespace palpate::test {
 
-/// Damages texts and bytes as mishaps and malice do, from a fixed seed: bytes changed, cut, taken
-/// out, doubled, and pieces put in that the parser is sensitive to, so that mutations reach deeper
-/// than noise would.
+/// Damages texts and bytes, as accidents and attackers do, from a fixed seed: changes, cuts,
+/// removes and doubles bytes, and inserts pieces that the parser treats specially. So mutations
+/// reach deeper into a parser than random bytes.
 class Mutator {
  public:
   explicit Mutator(std::vector<std::string> pieces, uint32_t seed = 20240607)
@@ -23,8 +23,8 @@ class Mutator {
     return bytes;
   }
 
-  /// Hands `rounds` mutations of a seed to a parser, the seed itself first. On the heap and of
-  /// exact size, so that the address sanitizer sees one byte too many.
+  /// Calls a parser with the seed itself and then with `rounds` mutations of it. Each is on the
+  /// heap with its exact size, so that the address sanitizer detects a read of one byte too many.
   template <class Parse>
   void run(const std::string& seed, int rounds, const Parse& parse) {
     parse(std::string_view(seed));

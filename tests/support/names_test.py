@@ -18,7 +18,7 @@ import sys
 import tempfile
 
 SKIPPED = 77
-# Filters for ITK and VTK, named as those name theirs.
+# Filters for ITK and VTK, named as ITK and VTK name theirs.
 FOREIGN = ("integration/toolkit/itk/", "integration/toolkit/vtk/")
 # What is parsed as one includes the same large headers; the first that matches. X11 has macros that break other headers.
 GROUPS = ["compute/", "module/", "integration/desktop/", "integration/toolkit/", "integration/", "tests/desktop/",
@@ -60,7 +60,7 @@ def check(root, paths, files):
              f"--header-filter=^{re.escape(root)}/(compute|module|integration|tests|shaders|docs)/", unity.name, "--",
              "-std=c++20", "-w", "-ferror-limit=0", *(word for flag in flags for word in flag)],
             capture_output=True, text=True)
-    # A header that is missing hides what it declares; any other end than these two is a crash.
+    # A missing header hides its declarations; any exit status other than these two is a crash.
     located = {line.replace(root + "/", "") for line in result.stdout.splitlines() if line.startswith(root + "/")}
     wrong = {line for line in located if not line.startswith(FOREIGN)
              and ("[readability-identifier-naming]" in line or "file not found" in line)}
@@ -71,7 +71,7 @@ def main():
     root, build = (os.path.realpath(folder) for folder in sys.argv[1:3])
     version = subprocess.run(["clang-tidy", "--version"], capture_output=True, text=True).stdout \
         if shutil.which("clang-tidy") else ""
-    # Of Debian 12's version: others know other rules.
+    # Of Debian 12's version: other versions have other rules.
     if " 14." not in version:
         print("SKIPPED: clang-tidy 14 is not installed")
         return SKIPPED
@@ -80,7 +80,7 @@ def main():
     for path in sorted(files):
         group = next(group for group in GROUPS if path.startswith(f"{root}/{group}"))
         groups.setdefault(group, []).append(path)
-    # The largest first, so that no core waits for one that began last.
+    # The largest first, so that no core waits for one that was started last.
     largest_first = sorted(groups.values(), key=len, reverse=True)
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         wrong = set().union(*pool.map(lambda paths: check(root, paths, files), largest_first))

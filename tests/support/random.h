@@ -7,7 +7,8 @@
 
 namespace palpate::test {
 
-/// Seeded draws that are the same with every standard library (its distributions are not).
+/// Seeded random numbers that are equal with every standard library (the library's distributions
+/// are not).
 class Random {
  public:
   explicit Random(uint32_t seed) : engine_(seed) {}
@@ -50,7 +51,7 @@ inline oracle::Scalars random_scalars(glm::ivec3 size, uint32_t seed, double low
   return scalars;
 }
 
-/// 1 with the given chance, else 0.
+/// 1 with the given probability, else 0.
 inline oracle::Scalars random_mask(glm::ivec3 size, uint32_t seed, double chance) {
   oracle::Scalars mask = random_scalars(size, seed, 0.0, 1.0);
   for (double& value : mask.values) value = value < chance ? 1.0 : 0.0;

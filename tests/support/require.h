@@ -5,8 +5,8 @@
 
 namespace palpate {
 
-/// Ends the process with a sentence where a promise of a reader or parser is broken: a fuzzer sees
-/// that.
+/// Ends the process with a message if a guarantee of a reader or parser does not hold. A fuzzer
+/// reports this as a crash.
 inline void require(bool holds, const char* what) {
   if (holds) return;
   std::fprintf(stderr, "broken promise: %s\n", what);

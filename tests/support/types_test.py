@@ -37,7 +37,7 @@ def types_of(path):
     for match in DECLARED.finditer(text):
         name = match["type"] or match["alias"] or match["typedef"]
         target = match["target"] and " ".join(match["target"].split())
-        # Only a shorter way to say it: using Kind = Primitive::Kind.
+        # Only a shorter name: using Kind = Primitive::Kind.
         if not (target and target.endswith("::" + name)):
             yield name, text.count("\n", 0, match.start()) + 1, target
 
@@ -55,7 +55,7 @@ def main():
                         targets[type_name].add(target)
     if len(places) < 100:
         sys.exit(f"Only {len(places)} types were found: this check no longer reads the code.")
-    # Aliases of one name for one type may stand in many files: using Clock = std::chrono::steady_clock.
+    # Aliases of one name for one type may be in many files: using Clock = std::chrono::steady_clock.
     twice = {name: where for name, where in places.items()
              if len(where) > 1 and (None in targets[name] or len(targets[name]) > 1)}
     wrong = {name: where for name, where in twice.items() if name not in ALLOWED}

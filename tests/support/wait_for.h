@@ -6,10 +6,10 @@
 
 namespace palpate {
 
-/// How long a test waits for what must come, so that a busy machine fails none.
+/// How long a test waits for an expected event: so long that a busy machine fails no test.
 inline constexpr std::chrono::seconds kPatience{60};
 
-/// Asks every millisecond. True once it holds; false if it does not within kPatience.
+/// Polls every millisecond. True once `holds` is true; false after kPatience.
 inline bool wait_for(const std::function<bool()>& holds) {
   const auto end = std::chrono::steady_clock::now() + kPatience;
   while (!holds()) {

@@ -1,7 +1,6 @@
-// A Vulkan device that is lost while a program uses it through the C library: the host's, or the
-// library's own. Oracle: the specification of VK_ERROR_DEVICE_LOST (chapter "Lost Device"). The
-// calls below stand before the Vulkan loader's: from a chosen call on they answer as a lost device
-// does.
+// A Vulkan device, the host's or the library's own, is lost while a program uses it through the C
+// library. Oracle: the specification of VK_ERROR_DEVICE_LOST (chapter "Lost Device"). The functions
+// below replace the Vulkan loader's: from a chosen call on they return what a lost device returns.
 #include <dlfcn.h>
 #include <gmock/gmock.h>
 #include <unistd.h>
@@ -22,19 +21,20 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Loses devices. Only calls that may say so by the specification are counted.
+/// Simulates the loss of devices. Counts only the calls that may return VK_ERROR_DEVICE_LOST by the
+/// specification.
 class Loss {
  public:
   static constexpr int kNever = -1;
 
-  /// Forgets what was; from call `at` on, counted from 0, the device is lost.
+  /// Starts anew; the device is lost from call `at` on, counted from 0.
   void arm(int at) {
     const std::lock_guard lock(mutex_);
     at_ = at;
     calls_ = 0;
     lost_ = false;
   }
-  /// One more call; whether the device is lost for it.
+  /// Counts one more call. Returns whether the device is lost for it.
   bool strikes() {
     const std::lock_guard lock(mutex_);
     if (calls_++ == at_) lost_ = true;
@@ -66,7 +66,8 @@ Function loaders(const char* name) {
 using palpate::test::loaders;
 using palpate::test::loss;
 
-// What a lost device has begun is over before it says that it is lost: it touches no memory later.
+// A lost device must have finished its work before it returns the error: it writes to no memory
+// later.
 extern "C" {
 
 VKAPI_ATTR VkResult VKAPI_CALL vkQueueSubmit(VkQueue queue, uint32_t count,
@@ -116,7 +117,7 @@ VKAPI_ATTR VkResult VKAPI_CALL vkCreateDevice(VkPhysicalDevice physical,
 namespace palpate::test {
 namespace {
 
-/// The host's instance, device and queue; null where the library makes its own.
+/// The host's instance, device and queue; null if the library makes its own.
 struct HostVulkan {
   VkInstance instance = VK_NULL_HANDLE;
   VkDevice device = VK_NULL_HANDLE;
@@ -167,17 +168,17 @@ struct HostVulkan {
   }
 };
 
-/// It worked, or says that the device was lost; whether it worked.
+/// Checks that a call succeeded or reported the loss of the device. Returns whether it succeeded.
 bool works(PalResult result, const char* call) {
   if (result == PAL_OK) return true;
-  EXPECT_TRUE(loss.lost()) << call << " fails on a sound device: " << pal_last_error();
+  EXPECT_TRUE(loss.lost()) << call << " fails on a device that is not lost: " << pal_last_error();
   EXPECT_EQ(result, PAL_DEVICE_FAILED) << call << ": " << pal_last_error();
   EXPECT_THAT(pal_last_error(), HasSubstr("lost")) << call;
   return false;
 }
 #define WORKS(call) works((call), #call)
 
-/// What was heard of a session.
+/// The events of a session.
 struct Heard {
   std::atomic<int> moves{0}, failed{0}, whole{0};
   std::mutex mutex;
@@ -195,7 +196,7 @@ struct Heard {
   bool is_over() const { return failed > 0 || whole > 0; }
 };
 
-/// The host's device, and the library's own.
+/// With the host's device, and with the library's own.
 class DeviceLoss : public ::testing::TestWithParam<bool> {
  protected:
   void SetUp() override {
@@ -206,7 +207,7 @@ class DeviceLoss : public ::testing::TestWithParam<bool> {
   }
   void TearDown() override { loss.arm(Loss::kNever); }
 
-  /// A context on a device that was never lost; null where there is none.
+  /// A context on a device that was never lost; null if there is none.
   PalContext* new_context() {
     PalContextInfo info = context_info(0);
     if (GetParam()) {
@@ -219,7 +220,7 @@ class DeviceLoss : public ::testing::TestWithParam<bool> {
     return context;
   }
 
-  /// The motion of the ball's frames; empty where the device was lost.
+  /// The motion of the ball's frames; empty if the device was lost.
   std::vector<float> estimated(PalContext* context, uint32_t flags) {
     PalEstimatorInfo info{};
     info.size = sizeof info;
@@ -257,8 +258,8 @@ class DeviceLoss : public ::testing::TestWithParam<bool> {
     PAL_ASSERT_OK(pal_scene_open(context, &info, scene));
   }
 
-  /// Ends a session that the host ticks, with the hand where it presses: the force goes to zero in
-  /// small steps.
+  /// Ends a session that the host ticks, while the hand presses: the force goes to zero in small
+  /// steps.
   static void end(PalSession** session, HostHand& hand, double z_m) {
     PAL_EXPECT_OK(pal_session_stop(*session));
     hand.worst_change_n = 0.0;
@@ -274,7 +275,7 @@ class DeviceLoss : public ::testing::TestWithParam<bool> {
   std::vector<std::unique_ptr<HostVulkan>> hosts_;
 };
 
-/// Every call of a run of `calls` calls where there are few of them, else the first ones and some
+/// The calls at which to lose the device: every call if there are few, else the first ones and some
 /// of the others.
 std::vector<int> places(int calls) {
   std::vector<int> chosen;
@@ -299,11 +300,11 @@ TEST_P(DeviceLoss, EndsAnEstimationWithASentence) {
       loss.arm(at);
       EXPECT_TRUE(estimated(context, flags).empty());
       EXPECT_TRUE(loss.lost());
-      // It stays lost for whatever comes.
+      // It stays lost for all later calls.
       EXPECT_TRUE(estimated(context, flags).empty());
       PAL_EXPECT_OK(pal_context_close(&context));
     }
-    // A new device does as the first did.
+    // A new device gives the same result as the first one.
     loss.arm(Loss::kNever);
     context = new_context();
     EXPECT_EQ(estimated(context, flags), sound);
@@ -314,7 +315,7 @@ TEST_P(DeviceLoss, EndsAnEstimationWithASentence) {
 TEST_P(DeviceLoss, LeavesASessionItsForces) {
   const PalDeviceInfo device = host_device();
   int calls = 0;
-  // The first round loses nothing and counts.
+  // The first round loses no device and counts the calls.
   std::vector<int> rounds{Loss::kNever};
   for (size_t round = 0; round < rounds.size(); ++round) {
     SCOPED_TRACE("lost at call " + std::to_string(rounds[round]) + " of " + std::to_string(calls));
@@ -345,14 +346,14 @@ TEST_P(DeviceLoss, LeavesASessionItsForces) {
     if (loss.lost()) {
       EXPECT_THAT(heard.failure, HasSubstr("lost"));
     }
-    // What is felt goes on, without a jump.
+    // The haptic loop goes on, without a jump of the force.
     for (int k = 0; k < 500; ++k) hand.at(z_m);
     EXPECT_GT(hand.size(), 0.1);
     EXPECT_LT(hand.worst_change_n, 0.25);
     PalState state{};
     state.size = sizeof state;
     PAL_EXPECT_OK(pal_session_state(opened.session, &state));
-    EXPECT_EQ(state.can_play, 1U) << "what waits for motion would wait for ever";
+    EXPECT_EQ(state.can_play, 1U) << "a caller that waits for the motion must not wait for ever";
     end(&opened.session, hand, z_m);
     if (round == 0) {
       calls = loss.calls();
@@ -393,7 +394,7 @@ TEST_P(DeviceLoss, EndsPicturesWithASentence) {
         const bool started = WORKS(pal_view_render(opened.view, &eye, 1, 64, 48, 0.0, nullptr));
         WORKS(pal_view_wait(opened.view));
         const PalResult read = pal_view_read(opened.view, 0, pixels.data(), nullptr);
-        // Without any picture there is none to read.
+        // Before the first picture there is nothing to read.
         if (started || read != PAL_BAD_INPUT) works(read, "pal_view_read");
         hand.at(z_m);
       }
@@ -404,7 +405,7 @@ TEST_P(DeviceLoss, EndsPicturesWithASentence) {
       for (int at = 0; at < calls; ++at) rounds.push_back(at);
     } else {
       EXPECT_TRUE(loss.lost());
-      // Nothing works on it again, and nothing waits for ever.
+      // On the lost device every further call fails, and none waits for ever.
       PalView* another = nullptr;
       EXPECT_EQ(pal_view_open(opened.session, &of_view, &another), PAL_DEVICE_FAILED);
       EXPECT_EQ(another, nullptr);
@@ -414,7 +415,7 @@ TEST_P(DeviceLoss, EndsPicturesWithASentence) {
   }
 }
 
-/// A force device of the host's that keeps the largest change of its force.
+/// A force device of the host's that stores the largest change of its force.
 struct Gripped {
   std::atomic<double> z_m{0.03}, last_n{0.0}, worst_change_n{0.0};
   static void exchange(void* user, const double force_n[3], PalReading* reading) {
@@ -439,7 +440,8 @@ TEST_P(DeviceLoss, LetsTheHapticThreadEndByARamp) {
   info.size = sizeof info;
   info.flags = PAL_SESSION_NO_REAL_TIME;
   info.device = &device;
-  info.watchdog_s = 0.2;  // of a test beside others
+  // Long, because other tests run at the same time.
+  info.watchdog_s = 0.2;
   info.preset = "fast";
   info.on_event = &Heard::event;
   info.user = &heard;

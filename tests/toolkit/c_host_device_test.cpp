@@ -1,4 +1,4 @@
-// A Vulkan device that the host made and goes on using.
+// A Vulkan device that the host made and continues to use.
 #include <gmock/gmock.h>
 #include <vulkan/vulkan.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Counts how often the queue is locked, and whether that was ever done twice at a time.
+/// Counts how often the queue is locked, and detects a second lock while it is locked.
 struct QueueLock {
   std::atomic<int> locked{0}, times{0};
   std::atomic<bool> wrong{false};
@@ -143,7 +143,8 @@ TEST_F(HostDevice, FindsMotionAndDrawsWithItsQueueLocked) {
   std::vector<uint32_t> pixels(64 * 48);
   std::vector<float> depth_m(64 * 48);
   PAL_ASSERT_OK(pal_view_read(opened.view, 0, pixels.data(), depth_m.data()));
-  // The shell in the middle, 25 to 30 mm of it towards the eye; nothing in the corners.
+  // In the middle the shell, whose nearest part is 25 to 30 mm towards the eye; nothing in the
+  // corners.
   EXPECT_EQ(pixels[24 * 64 + 32] >> 24, 255U);
   EXPECT_NEAR(depth_m[24 * 64 + 32], 0.27, 0.02);
   EXPECT_EQ(depth_m[0], 0.0F);
@@ -155,7 +156,8 @@ TEST_F(HostDevice, FindsMotionAndDrawsWithItsQueueLocked) {
   EXPECT_EQ(pal_view_render(opened.view, &wrong, 1, 64, 48, 0.0, nullptr), PAL_BAD_INPUT);
   EXPECT_EQ(pal_view_render(opened.view, &eye, 1, 640, 48, 0.0, nullptr), PAL_BAD_INPUT);
   EXPECT_EQ(pal_view_read(opened.view, 1, pixels.data(), nullptr), PAL_BAD_INPUT);
-  // An older program's images are looked at, and these have no format; no size is no structure.
+  // The images of an older program are accepted; these have no format, which is an error. A size of
+  // zero is an error too.
   PalImages images{};
   images.size = offsetof(PalImages, inverse_depth_0);
   EXPECT_EQ(pal_view_render(opened.view, &eye, 1, 64, 48, 0.0, &images), PAL_BAD_INPUT);
@@ -250,7 +252,7 @@ TEST_F(HostDevice, ThatIsIncompleteIsRefused) {
   EXPECT_THAT(refusal(wrong), HasSubstr("PalVulkan"));
 }
 
-/// Chromium's SwiftShader in place of this machine's driver, in a process of its own.
+/// The same with Chromium's SwiftShader instead of this machine's driver, in a process of its own.
 TEST(HostDeviceOfSwiftShader, DoesTheSame) {
   const std::string manifest = "/usr/lib/chromium/vk_swiftshader_icd.json";
   if (!std::filesystem::exists(manifest))

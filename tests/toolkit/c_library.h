@@ -10,11 +10,11 @@
 
 namespace palpate::test {
 
-/// PAL_OK, or a failed test with the library's sentence.
+/// PAL_OK, or a failed test with the library's message.
 #define PAL_EXPECT_OK(call) EXPECT_EQ((call), PAL_OK) << pal_last_error()
 #define PAL_ASSERT_OK(call) ASSERT_EQ((call), PAL_OK) << pal_last_error()
 
-/// Handles that are closed at the end of a test, whatever it did.
+/// Handles that are closed at the end of a test, also of a failed one.
 struct Opened {
   PalContext* context = nullptr;
   PalScene* scene = nullptr;
@@ -44,7 +44,7 @@ inline PalDeviceInfo host_device() {
   return info;
 }
 
-/// A force device of the host's; about is borrowed.
+/// A force device of the host's; `about` is borrowed.
 inline PalDevice device_of(const PalDeviceInfo& about, void* user,
                            void (*exchange)(void*, const double*, PalReading*)) {
   PalDevice device{};
@@ -55,7 +55,8 @@ inline PalDevice device_of(const PalDeviceInfo& about, void* user,
   return device;
 }
 
-/// A still ball of 20 mm radius in memory, 1000 inside and 0 outside, 32 voxels of 2 mm a side.
+/// A still ball of 20 mm radius in memory, 1000 inside and 0 outside, 32 voxels of 2 mm along each
+/// axis.
 struct BallFrames {
   explicit BallFrames(int frames = 1) : samples(size_t(frames)) {
     for (int f = 0; f < frames; ++f)
@@ -111,7 +112,7 @@ inline void open_ball(Opened& opened, const BallFrames& ball, uint32_t scene_fla
   PAL_ASSERT_OK(pal_session_open(opened.scene, &session, &opened.session));
 }
 
-/// A host's hand on the way along z.
+/// A host's hand that moves along z.
 struct HostHand {
   PalSession* session = nullptr;
   int64_t time_ns = 5'000'000'000;
@@ -128,7 +129,7 @@ struct HostHand {
     return size();
   }
   double size() const { return std::hypot(force_n[0], std::hypot(force_n[1], force_n[2])); }
-  /// Slowly in until there is so much force; where that is, m, or 0.
+  /// Moves slowly in until the force is larger than wanted_n. Returns the place, m, or 0.
   double press(double wanted_n) {
     for (double z_m = 0.03; z_m > 0.0; z_m -= 5e-6)
       if (at(z_m) > wanted_n) return z_m;

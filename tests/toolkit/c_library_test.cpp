@@ -1,4 +1,4 @@
-// The C library as a host uses it, and as one breaks it.
+// Correct and incorrect use of the C library by a host.
 #include <dlfcn.h>
 #include <gmock/gmock.h>
 #include <sys/resource.h>
@@ -36,7 +36,7 @@ std::string text_of(const std::string& file) {
   return text.str();
 }
 
-/// What stands in the first brackets of each match.
+/// The first group of each match.
 std::set<std::string> matches(const std::string& text, const char* expression) {
   const std::regex searched(expression);
   std::set<std::string> found;
@@ -52,7 +52,7 @@ TEST(CHeader, HasTheSameStructuresInCAndCpp) {
   std::map<std::string, size_t> in_c;
   for (const CStructure* one = kCStructures; one->name; ++one) in_c[one->name] = one->size;
   EXPECT_EQ(in_c, in_cpp);
-  // All that the headers define are listed.
+  // The list must contain all structures that the headers define.
   std::set<std::string> listed;
   for (const auto& [name, size] : in_c) listed.insert(name);
   EXPECT_EQ(listed, matches(text_of("integration/toolkit/palpate.h") +
@@ -71,7 +71,8 @@ TEST(CLibrary, ExportsWhatItsHeaderAndItsListNameAndNothingElse) {
   while (std::fgets(line, sizeof line, nm)) symbols += line;
   EXPECT_EQ(::pclose(nm), 0);
   auto exported = matches(symbols, " (\\w+)(?:@\\S*)?\n");
-  exported.erase("PALPATE_0");  // the list itself
+  // The name of the version node itself.
+  exported.erase("PALPATE_0");
   EXPECT_EQ(named, listed);
   EXPECT_EQ(exported, listed);
   EXPECT_GT(listed.size(), 20U);
@@ -140,7 +141,7 @@ TEST(CLibrary, RefusesNestedStructuresThatItDoesNotKnowInTheSameWay) {
 }
 
 TEST(CLibrary, TakesTheShorterStructuresOfOlderPrograms) {
-  // What stood after `flags` did not exist for this program; there is no memory behind it.
+  // An older program's structure ends at `device`; there is no memory behind it.
   std::vector<unsigned char> bytes(offsetof(PalContextInfo, device));
   PalContextInfo info = context_info();
   info.size = uint32_t(bytes.size());
@@ -159,7 +160,8 @@ TEST(CLibrary, TakesTheShorterStructuresOfOlderPrograms) {
   PAL_EXPECT_OK(pal_session_state(opened.session, reinterpret_cast<PalState*>(state.data())));
   for (size_t k = short_size; k < state.size(); ++k) EXPECT_EQ(state[k], 0xee) << "byte " << k;
 
-  // What a device says of itself may be shorter than the library's, wherever it stands.
+  // The structure that describes a device may also be shorter than the library's, inside another
+  // structure too.
   PAL_ASSERT_OK(pal_session_close(&opened.session));
   PalDeviceInfo about = host_device();
   about.size = offsetof(PalDeviceInfo, resolution_m);
@@ -244,7 +246,7 @@ TEST(CLibrary, FeelsFramesInMemory) {
   EXPECT_EQ(pal_scene_volume(opened.scene, 1, &volume), PAL_END);
   HostHand hand{opened.session};
   const double z_m = hand.press(1.0);
-  // A spring of 600 N/m gives 1 N at 1.7 mm below the surface, and less while it is let in.
+  // A spring of 600 N/m gives 1 N at 1.7 mm below the surface, and less during the start ramp.
   EXPECT_NEAR(z_m, 0.020 - 1.0 / 600.0, 0.0006);
   for (int k = 0; k < 3000; ++k) hand.at(0.018);
   EXPECT_NEAR(hand.force_n[0], 0.0, 0.01);
@@ -254,7 +256,7 @@ TEST(CLibrary, FeelsFramesInMemory) {
   EXPECT_TRUE(state.in_contact);
   EXPECT_EQ(state.time_ns, hand.time_ns);
   EXPECT_NEAR(state.hand_m[2], 0.018, 1e-4);
-  // The surface is found between the two values, as wide as the edge of the ball is.
+  // The surface is between the two values, within the width of the ball's edge.
   EXPECT_NEAR(state.proxy_m[2], 0.020, 0.5e-3);
   EXPECT_NEAR(hand.force_n[2], 600.0 * (state.proxy_m[2] - state.hand_m[2]), 0.02);
   EXPECT_NEAR(state.force_n[2], hand.force_n[2], 1e-12);
@@ -301,7 +303,7 @@ TEST(CLibrary, TakesEverySampleTypeForTheSameVolume) {
 }
 
 TEST(CLibrary, TakesAGridWhateverItsAxes) {
-  // The same ball with i and k exchanged, and with j the other way round: it is a ball.
+  // The same ball with i and k exchanged, and with j reversed: it is still a ball.
   for (const auto& direction : {std::array<double, 9>{0, 0, 1, 0, 1, 0, 1, 0, 0},
                                 std::array<double, 9>{1, 0, 0, 0, -1, 0, 0, 0, 1}}) {
     BallFrames ball;
@@ -386,8 +388,8 @@ TEST(CLibrary, TakesAJsonSceneWithFramesInMemory) {
   HostHand hand{opened.session};
   hand.press(1.0);
   for (int k = 0; k < 3000; ++k) hand.at(0.0185);
-  // A step of strength where the value is 500, at 20 mm; cubic splines of 2 mm voxels are that
-  // near.
+  // A step of the strength at the value 500, which is at 20 mm with the error of cubic splines on
+  // voxels of 2 mm.
   EXPECT_NEAR(hand.force_n[2], 800.0 * 0.0015, 0.02);
   scene.json = R"({"volumes": [{"name": "thing", "files": ["ball"], "colour": 3}]})";
   PalScene* never = nullptr;
@@ -439,13 +441,14 @@ TEST(CLibrary, SwitchesModesByARamp) {
 TEST(CLibrary, SwitchesAModeAsAWholeOrNotAtAll) {
   Opened opened;
   open_ball(opened, BallFrames());
-  // 256 changes may wait: one, and 127 times two, leave room for half of the next one.
+  // 256 changes can be buffered. After one, and 127 times two, there is room for half of the next
+  // call.
   PAL_ASSERT_OK(pal_session_rearm(opened.session));
   for (int k = 0; k < 127; ++k) PAL_ASSERT_OK(pal_session_set_mode(opened.session, 0, 1, 1.0));
   EXPECT_EQ(pal_session_set_mode(opened.session, 0, 0, 1.0), PAL_NOT_YET);
   PAL_EXPECT_OK(pal_session_rearm(opened.session));
   HostHand hand{opened.session};
-  EXPECT_GT(hand.press(1.0), 0.0) << "the mode was switched off all the same";
+  EXPECT_GT(hand.press(1.0), 0.0) << "the call that was refused still switched the mode off";
 }
 
 TEST(CLibrary, TellsOfEachVolume) {
@@ -467,7 +470,7 @@ TEST(CLibrary, TellsOfEachVolume) {
   EXPECT_EQ(volume.time_s, state.volumes[0].time_s);
   EXPECT_EQ(volume.rate, state.volumes[0].rate);
   EXPECT_EQ(pal_session_volume(opened.session, 1, &volume), PAL_END);
-  // What stands behind an older program's structure is not touched.
+  // The memory behind an older program's structure is not written.
   volume.rate = -77.0;
   volume.size = offsetof(PalVolumeState, rate);
   PAL_ASSERT_OK(pal_session_volume(opened.session, 0, &volume));
@@ -499,7 +502,8 @@ struct Pressing {
   std::atomic<int> exchanges{0};
   std::atomic<double> z_m{0.03}, last_n{0.0};
   std::atomic<bool> throws{false};
-  std::vector<double> while_throwing_n;  // read after the session was closed
+  // Read after the session is closed.
+  std::vector<double> while_throwing_n;
   static void exchange(void* user, const double force_n[3], PalReading* reading) {
     auto* const self = static_cast<Pressing*>(user);
     ++self->exchanges;
@@ -525,7 +529,8 @@ TEST(CLibrary, DrivesADeviceOfTheHostsOnItsOwnThread) {
   info.size = sizeof info;
   info.flags = PAL_SESSION_NO_REAL_TIME;
   info.device = &device;
-  info.watchdog_s = 0.2;  // of a test beside others
+  // Long, because other tests run at the same time.
+  info.watchdog_s = 0.2;
   PAL_ASSERT_OK(pal_session_open(opened.scene, &info, &opened.session));
   double force_n[3];
   const PalTick tick{};
@@ -540,7 +545,7 @@ TEST(CLibrary, DrivesADeviceOfTheHostsOnItsOwnThread) {
   EXPECT_EQ(pressing.last_n, 0.0);
   const int after = pressing.exchanges;
   ::usleep(20'000);
-  EXPECT_EQ(pressing.exchanges, after) << "the device is used after the session was closed";
+  EXPECT_EQ(pressing.exchanges, after) << "the device is used after the session is closed";
 }
 
 /// The beating shell, ticked by the test, and its stream tubes.
@@ -626,7 +631,8 @@ TEST(CLibrary, LaysStreamTubesThatGoWithTheMotion) {
   EXPECT_EQ(tube.is_kept, 0U);
   ASSERT_GT(tube.point_count, 3U);
   ASSERT_LT(tube.seed_point, tube.point_count);
-  // On the z axis, as the hand and the wall's motion are; where it is, that of another phase.
+  // On the z axis, along which the hand and the wall move. The points of another phase are
+  // elsewhere on it.
   for (size_t k = 0; k < tube.point_count; ++k) {
     EXPECT_NEAR(shell.points_m[3 * k], 0.0, 1e-4);
     EXPECT_NEAR(shell.points_m[3 * k + 1], 0.0, 1e-4);
@@ -636,8 +642,9 @@ TEST(CLibrary, LaysStreamTubesThatGoWithTheMotion) {
   EXPECT_NEAR(seed_m, 0.03, 0.005);
   for (int k = 0; k < 500; ++k) shell.tick();
   shell.tube(0);
-  EXPECT_GT(std::abs(shell.points_m[3 * tube.seed_point + 2] - seed_m), 1e-4) << "it stands still";
-  // Less room than points: the first ones.
+  EXPECT_GT(std::abs(shell.points_m[3 * tube.seed_point + 2] - seed_m), 1e-4)
+      << "the tube does not move";
+  // With less room than points, the first ones are returned.
   std::vector<double> few(6, -77.0);
   PalTube small{};
   small.size = sizeof small;
@@ -686,7 +693,7 @@ TEST(CLibrary, DrawsStreamTubes) {
   info.eye_count = 1;
   PAL_ASSERT_OK(pal_view_open(shell.opened.session, &info, &shell.opened.view));
   const auto picture = [&] {
-    // The same phase each time: where the tube is laid and drawn, nothing moves in between.
+    // Always at the same phase: between laying and drawing the tube nothing moves.
     const PalEye eye{
         {0.12, 0.0, 0.0}, {0.0, std::sqrt(0.5), 0.0, std::sqrt(0.5)}, -0.4, 0.4, -0.3, 0.3};
     std::vector<uint32_t> pixels(128 * 96);
@@ -694,12 +701,12 @@ TEST(CLibrary, DrawsStreamTubes) {
     PAL_EXPECT_OK(pal_view_read(shell.opened.view, 0, pixels.data(), nullptr));
     return pixels;
   };
-  // Outside the wall, where a tube is seen; the scene is paused, so that only the tube is new.
+  // Outside the wall, where the tube is visible. The scene is paused, so only the tube is new.
   for (int k = 0; k < 1000; ++k) shell.tick(0.036);
   PAL_ASSERT_OK(pal_session_play(shell.opened.session, 0));
   for (int k = 0; k < 1000; ++k) shell.tick(0.036);
   const std::vector<uint32_t> without = picture();
-  ASSERT_EQ(picture(), without) << "it does not stand still";
+  ASSERT_EQ(picture(), without) << "the picture changes although the scene is paused";
   PAL_ASSERT_OK(pal_session_ask_tubes(shell.opened.session, PAL_TUBES_RELEASE));
   shell.tick(0.036);
   for (int k = 0; k < 10000 && shell.count() == 0; ++k) ::usleep(1000);
@@ -710,7 +717,7 @@ TEST(CLibrary, DrawsStreamTubes) {
   EXPECT_GT(changed, 5);
 }
 
-/// What a host's functions say to the test, on any thread.
+/// What a host's functions report to the test, on any thread.
 struct Sentences {
   std::mutex mutex;
   std::vector<std::string> all;
@@ -743,7 +750,8 @@ TEST(CLibrary, EndsTheForceByARampWhereTheHostsDeviceThrows) {
   info.size = sizeof info;
   info.flags = PAL_SESSION_NO_REAL_TIME;
   info.device = &device;
-  info.watchdog_s = 0.2;  // of a test beside others
+  // Long, because other tests run at the same time.
+  info.watchdog_s = 0.2;
   info.user = &told;
   info.on_event = [](void* user, PalEventKind kind, const char* sentence) {
     if (kind == PAL_EVENT_NOTE) static_cast<Sentences*>(user)->add(sentence);
@@ -762,7 +770,7 @@ TEST(CLibrary, EndsTheForceByARampWhereTheHostsDeviceThrows) {
   state.size = sizeof state;
   PAL_ASSERT_OK(pal_session_state(opened.session, &state));
   EXPECT_STRNE(state.cause, "");
-  // It is over when the device works again, and the hand was free.
+  // The fault ends when the device works again and the hand is free.
   pressing.z_m = 0.04;
   pressing.throws = false;
   for (int k = 0; k < 10000 && *state.cause; ++k) {
@@ -776,14 +784,14 @@ TEST(CLibrary, EndsTheForceByARampWhereTheHostsDeviceThrows) {
                             return one.find("exchange threw") != std::string::npos;
                           }),
             1)
-      << "it is said once";
+      << "it is reported once";
   const auto& force_n = pressing.while_throwing_n;
   ASSERT_GT(force_n.size(), 3U);
   const double before_n = force_n.front();
   EXPECT_GT(std::count_if(force_n.begin(), force_n.end(),
                           [&](double n) { return n > 0.1 * before_n && n < 0.9 * before_n; }),
             3)
-      << "no ramp";
+      << "no ramp is started";
 }
 
 TEST(CLibrary, GoesOnWhereTheHostsLogAndEventsThrow) {
@@ -814,7 +822,8 @@ TEST(CLibrary, GoesOnWhereTheHostsLogAndEventsThrow) {
   info.user = &heard;
   info.on_event = [](void* user, PalEventKind, const char*) {
     ++static_cast<Heard*>(user)->events;
-    throw 17;  // no std::exception either
+    // Not a std::exception either.
+    throw 17;
   };
   PAL_ASSERT_OK(pal_session_open(opened.scene, &info, &opened.session));
   EXPECT_TRUE(heard.log.comes_to_have("on_event threw an exception"));
@@ -839,7 +848,7 @@ TEST(CLibrary, TellsAHostThatNeverTicks) {
   PAL_ASSERT_OK(pal_session_state(opened.session, &state));
   EXPECT_EQ(state.ticks, 0U);
   EXPECT_EQ(state.time_ns, 0);
-  // What is asked waits for a tick; there is room for so much, and then it is said.
+  // Requests wait for a tick; when there is no room for more, the call returns this.
   PalResult result = PAL_OK;
   int asked = 0;
   while (result == PAL_OK && asked < 100'000) {
@@ -937,7 +946,7 @@ TEST(CLibrary, RefusesDevicesAndNumbersThatCanNotBe) {
 }
 
 TEST(CLibrary, TakesAForceDeviceOnlyIfItAnswers) {
-  // A maker's library says that a device may be there; only the device itself says that it is.
+  // The maker's library shows that a device may be there; only the device itself can confirm it.
   ::setenv("FDSDK", PALPATE_FAKE_SDK, 1);
   void* const sdk = ::dlopen(PALPATE_FAKE_DHD, RTLD_NOW | RTLD_LOCAL);
   ASSERT_TRUE(sdk) << ::dlerror();
@@ -951,7 +960,7 @@ TEST(CLibrary, TakesAForceDeviceOnlyIfItAnswers) {
   dhd.devices = 0;
   EXPECT_EQ(pal_session_open(opened.scene, &info, &opened.session), PAL_NO_DEVICE);
   EXPECT_THAT(pal_last_error(), HasSubstr("No force device answers"));
-  // One that was asked for may be plugged in later.
+  // A device that is named may be plugged in later.
   info.device_name = "force-dimension";
   PAL_EXPECT_OK(pal_session_open(opened.scene, &info, &opened.session));
   PAL_EXPECT_OK(pal_session_close(&opened.session));
@@ -1002,10 +1011,11 @@ TEST(CLibrary, DoesNotTakeAClosedHandleForTheNextOne) {
   PalScene* scene = nullptr;
   EXPECT_EQ(pal_scene_open(stale, &of_scene, &scene), PAL_BAD_INPUT);
   EXPECT_THAT(pal_last_error(), HasSubstr("closed"));
-  // Closing it once more changes nothing.
+  // Closing it again has no effect.
   PalContext* twice = stale;
   PAL_EXPECT_OK(pal_context_close(&twice));
-  // Memory does not grow for ever: it is used again some time, for one thing at a time.
+  // Memory does not grow for ever: a closed handle's memory is used again after some time, by one
+  // new handle only.
   bool again = false;
   for (int k = 0; k < 3000; ++k) {
     PalContext* other = nullptr;
@@ -1049,7 +1059,7 @@ TEST(CLibrary, OutlivesTheClosingOfWhatOtherThreadsUse) {
 }
 
 TEST(CLibrary, IsClosedByOneOfTwoThreads) {
-  // Through one variable of the host's, and through a copy for each.
+  // Through one variable of the host's, then through a copy per thread.
   const BallFrames ball;
   for (int round = 0; round < 200; ++round) {
     Opened opened;
@@ -1140,13 +1150,14 @@ TEST(CLibrary, KeepsTheRealTimePromiseInAHostsLoop) {
 }
 
 TEST(CLibrary, CanNotBeClosedFromItsOwnCallback) {
-  // Two frames without motion and without a device that computes: nothing is estimated, so the
-  // callback is that of a failing estimation with a device.
+  // Two frames without motion, and no device for computing: no motion is estimated, so the callback
+  // comes from the failing estimation.
   const PalContextInfo context = context_info(0);
   struct Heard {
     std::atomic<PalSession*> session{nullptr};
     std::atomic<int> closed{77}, stopped{77}, events{0};
-  } heard;  // outlives the session, which may have more to tell
+    // Outlives the session, which may have more events.
+  } heard;
   Opened opened;
   if (pal_context_open(&context, &opened.context) == PAL_NO_DEVICE)
     GTEST_SKIP() << pal_last_error();
@@ -1183,7 +1194,7 @@ TEST(CLibrary, CanNotBeClosedFromItsOwnCallback) {
 }
 
 TEST(CLibrary, CanBeLoadedAndUnloaded) {
-  // In a process of its own: this one is linked with the library.
+  // In a process of its own, because this one is linked with the library.
   for (int round = 0; round < 3; ++round)
     ASSERT_EQ(std::system(PALPATE_LOADER " " PALPATE_LIBRARY), 0) << "round " << round;
   const int with_device = std::system(PALPATE_LOADER " " PALPATE_LIBRARY " device");

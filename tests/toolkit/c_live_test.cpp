@@ -1,7 +1,7 @@
-// What goes into and out of a session of the C library while it runs: frames that the host pushes,
-// an OpenIGTLink server's, a tracked tool, what is served, a simulated hand, tables of ticks and
-// recordings. Servers are written apart (tests/openigtlink/wire.h); a ball whose radius is known
-// says where its surface must be felt.
+// Inputs and outputs of a running session of the C library: frames that the host pushes, an
+// OpenIGTLink server's frames, a tracked tool, what is served, a simulated hand, tables of ticks
+// and recordings. The servers do not use the project's OpenIGTLink code (tests/openigtlink/wire.h).
+// Oracle: a ball of known radius, whose surface must be felt there.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <sys/stat.h>
@@ -33,9 +33,9 @@ using namespace std::chrono_literals;
 using files::TemporaryFolder;
 using ::testing::HasSubstr;
 
-/// A host's haptic loop on a thread of its own: its hand goes to where it is told along z, at 10
-/// mm/s at most. From the start on it is outside until the force has come in, which takes two
-/// seconds: the ball is met at its surface, not found around the hand.
+/// A host's haptic loop on a thread of its own. Its hand moves along z to the place that the test
+/// sets, at 10 mm/s at most. It starts outside and stays there for two seconds, until the start
+/// ramp has ended, so that it meets the ball at its surface.
 class HapticLoop {
  public:
   explicit HapticLoop(PalSession* session) {
@@ -49,7 +49,7 @@ class HapticLoop {
         double force_n[3];
         if (pal_haptics_tick(session, &tick, force_n) != PAL_OK) break;
         force_z_n = force_n[2];
-        // After a pause no ticks are made up for: the hand would go too fast for a device.
+        // After a pause missed ticks are not made up for: the hand would be too fast for a device.
         next = std::max(next + 1ms, std::chrono::steady_clock::now());
         std::this_thread::sleep_until(next);
       }
@@ -80,7 +80,7 @@ PalState state_of(PalSession* session) {
 
 class CLive : public ::testing::Test {
  protected:
-  /// A context with a device that computes; skips where there is none.
+  /// A context with a device for computing; skips the test if there is none.
   void need_device() {
     const PalContextInfo info = context_info(0);
     const PalResult opened = pal_context_open(&info, &opened_.context);
@@ -101,7 +101,8 @@ class CLive : public ::testing::Test {
     info.size = sizeof info;
     info.flags = PAL_SESSION_HOST_TICKS | flags;
     info.host = &kDevice;
-    info.watchdog_s = 0.5;  // of a test beside others
+    // Long, because other tests run at the same time.
+    info.watchdog_s = 0.5;
     return info;
   }
   void open_session(PalSessionInfo info) {
@@ -124,7 +125,7 @@ class CLive : public ::testing::Test {
   Opened opened_;
 };
 
-/// The hand presses 2 mm deep, and is outside again afterwards.
+/// The hand presses 2 mm deep, and then leaves the ball.
 void expect_surface_at(double radius_m, HapticLoop& loop, PalSession* session) {
   loop.wanted_m = radius_m - 0.002;
   EXPECT_TRUE(wait_for([&] {
@@ -161,7 +162,7 @@ TEST_F(CLive, CarriesTheHandToFramesThatTheHostPushes) {
   EXPECT_EQ(state.frames_received, 2U);
   EXPECT_GT(state.frame_delay_s, 0.0);
   EXPECT_EQ(state.frame_cycle_s, 0.0);
-  // One that lies elsewhere is left out, and that is an event.
+  // A frame at another place is left out, and this is an event.
   const OneBall next(1);
   PalGrid far = next.info.grid;
   far.origin_mm[0] += 1000.0;
@@ -202,7 +203,7 @@ TEST_F(CLive, FeelsABeatingHeartAsItsFramesArrive) {
   given.frames = &first;
   given.frame_count = 1;
   open_scene("heart", PAL_SCENE_LIVE, &given);
-  // A simulated hand presses it all the while.
+  // During this a simulated hand presses.
   PalSessionInfo info{};
   info.size = sizeof info;
   info.flags = PAL_SESSION_NO_REAL_TIME | PAL_SESSION_FOLLOW;
@@ -279,7 +280,7 @@ TEST_F(CLive, NeedsADeviceThatComputesToFollowFrames) {
   EXPECT_THAT(pal_last_error(), HasSubstr("estimating their motion"));
 }
 
-/// The ball of a frame as an OpenIGTLink IMAGE (a wire's matrix says where its middle is, RAS).
+/// The ball of a frame as an OpenIGTLink IMAGE (whose matrix has the position of its middle, RAS).
 Raw ball_message(int frame, uint32_t seconds) {
   const OneBall ball(frame);
   WireImage image;
@@ -293,7 +294,7 @@ Raw ball_message(int frame, uint32_t seconds) {
   return wire_message(header, image.body());
 }
 
-/// A TRANSFORM that shifts by so much, RAS.
+/// A TRANSFORM that shifts by these distances, RAS.
 Raw transform_message(const std::string& device, float x_mm, float y_mm, float z_mm,
                       uint32_t seconds) {
   Raw body;
@@ -306,7 +307,7 @@ Raw transform_message(const std::string& device, float x_mm, float y_mm, float z
   return wire_message(header, body);
 }
 
-/// A scanner: to whoever is connected, the frame that it is told to, ten times a second.
+/// A scanner: sends the frame that the test sets to the connected client, ten times per second.
 class Scanner {
  public:
   Scanner() {
@@ -345,7 +346,8 @@ TEST_F(CLive, FollowsAnOpenIGTLinkServersImages) {
   HapticLoop loop(opened_.session);
   expect_surface_at(0.020, loop, opened_.session);
   scanner.frame = 2;
-  // The same bytes once more are no new frame: there is one, which may have been told of twice.
+  // The same bytes again are no new frame. So there is one new frame, for which there may be two
+  // events.
   ASSERT_TRUE(wait_for([&] { return felt() >= 1; })) << events();
   expect_surface_at(0.023, loop, opened_.session);
   EXPECT_THAT(events(), HasSubstr("is connected"));
@@ -368,7 +370,8 @@ TEST_F(CLive, MovesTheVolumeByAServersTransforms) {
   open_session(host_ticks());
   const HapticLoop loop(opened_.session);
   std::this_thread::sleep_for(500ms);
-  scanner.right_mm = 10.0;  // to the patient's right, which is -x of the world
+  // To the patient's right, which is -x of the world.
+  scanner.right_mm = 10.0;
   PalVolumeState volume{};
   volume.size = sizeof volume;
   EXPECT_TRUE(wait_for([&] {
@@ -424,7 +427,7 @@ TEST_F(CLive, ServesWhereTheProxyIsAndTheVolume) {
   loop.wanted_m = 0.0185;
   EXPECT_TRUE(
       wait_for([&] { return std::abs(state_of(opened_.session).hand_m[2] - 0.0185) < 1e-6; }));
-  // What was sent on the way there does not count.
+  // Values sent on the way there do not count.
   std::this_thread::sleep_for(300ms);
   {
     const std::lock_guard lock(mutex);
@@ -436,7 +439,7 @@ TEST_F(CLive, ServesWhereTheProxyIsAndTheVolume) {
   }));
   const std::lock_guard lock(mutex);
   ASSERT_TRUE(proxy && volume);
-  // z towards the person is -P: the proxy stays on the ball's surface.
+  // z towards the user is -P: the proxy stays on the ball's surface.
   EXPECT_NEAR(proxy->translation_mm.y, -20.0, 0.6);
   EXPECT_NEAR(proxy->translation_mm.x, 0.0, 0.2);
   EXPECT_NEAR(proxy->translation_mm.z, 0.0, 0.2);
@@ -466,7 +469,7 @@ TEST_F(CLive, IsHeldByATrackedTool) {
   info.device_name = place.c_str();
   info.tool = "Needle";
   open_session(info);
-  // RAS on the wire: x_mm to the right is -L, which is -x; y = -40 is P 40, which is z = -40 mm.
+  // RAS in the message: x_mm to the right is -L, which is -x; y = -40 is P 40, which is z = -40 mm.
   const auto is_at = [&](double x_m) {
     return wait_for([&] {
       const PalState state = state_of(opened_.session);
@@ -555,7 +558,7 @@ TEST_F(CLive, TellsOfTicksThatATableLacks) {
   const std::string table = folder / "ticks.csv";
   const BallFrames ball;
   open_scene("ball", 0, &ball.info);
-  // A table whose reader does not read yet: what its writer can not pass on is lost.
+  // A table whose reader does not read yet: ticks that its writer can not pass on are lost.
   ASSERT_EQ(mkfifo(table.c_str(), 0600), 0);
   const int reader = open(table.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   ASSERT_GE(reader, 0);
@@ -597,7 +600,8 @@ TEST_F(CLive, WritesTheTicksAroundAFaultIntoABlackBox) {
   info.size = sizeof info;
   info.flags = PAL_SESSION_NO_REAL_TIME;
   info.device = &device;
-  info.watchdog_s = 0.5;  // of a test beside others: the fault that is meant is the only one
+  // Long, because other tests run at the same time: the intended fault must be the only one.
+  info.watchdog_s = 0.5;
   info.black_box = box.c_str();
   open_session(info);
   ASSERT_TRUE(wait_for([&] { return arm.exchanges > 500; }));
@@ -615,7 +619,7 @@ TEST_F(CLive, WritesTheTicksAroundAFaultIntoABlackBox) {
   ASSERT_EQ(files().size(), 1U);
   EXPECT_GT(std::filesystem::file_size(files()[0]), 1000U);
 
-  // A folder that can no longer be made when the fault comes.
+  // A folder that can no longer be made when the fault happens.
   const std::string taken = folder / "taken";
   info.black_box = taken.c_str();
   arm.is_gone = false;
@@ -672,7 +676,7 @@ TEST_F(CLive, TakesTheWordsOfASequenceWithoutAScene) {
   EXPECT_THAT(refusal(), HasSubstr("segment is missing"));
   scene.segment_names = nullptr;
   scene.segment_count = 0;
-  // Felt is the part, at twice its size, instead of the values' ball of 20 mm.
+  // The part is felt, at twice its size, instead of the values' ball of 20 mm.
   scene.scale = 2.0;
   PAL_ASSERT_OK(pal_scene_open(opened_.context, &scene, &opened_.scene));
   open_session(host_ticks());
@@ -685,13 +689,13 @@ TEST_F(CLive, TakesTheWordsOfASequenceWithoutAScene) {
   open_session(host_ticks());
   HostHand second{opened_.session};
   const double once_m = second.press(1.0) + 1.0 / 600.0;
-  // Of 12 mm what labels of 2 mm leave: the corners of their voxels are made smooth.
+  // 12 mm, with the error of labels of 2 mm: the corners of their voxels are smoothed.
   EXPECT_NEAR(once_m, 0.012, 0.0015);
   EXPECT_NEAR(twice_m, 2.0 * once_m, 0.0005);
   PAL_ASSERT_OK(pal_session_close(&opened_.session));
   PAL_ASSERT_OK(pal_scene_close(&opened_.scene));
 
-  // Frames without motion between them, on purpose: nothing is missing.
+  // Frames without motion between them, on purpose: no motion is missing.
   const BallFrames three(3);
   scene = scene_info(&path, PAL_SCENE_NO_MOTION, &three.info);
   scene.wall = "values";

@@ -1,5 +1,5 @@
 // Motion through the C library. Oracles: the engine called directly, the truth of phantoms, ITK's
-// convention worked out by hand.
+// convention computed by hand.
 #include <gmock/gmock.h>
 
 #include <atomic>
@@ -33,7 +33,7 @@ PalGrid grid_of(const Grid& grid) {
   return given;
 }
 
-/// The C library finds its own device; tests of it are skipped where there is none.
+/// The C library opens its own device; these tests are skipped if there is none.
 class CMotion : public DeviceTest {
  protected:
   void SetUp() override {
@@ -162,7 +162,7 @@ TEST_F(CMotion, OfASequenceIsOneMotionForAllFrames) {
   EXPECT_GT(known.cycle_s, 0.0);
   EXPECT_NE(known.trust, PAL_TRUST_UNKNOWN);
   EXPECT_NEAR(known.drift_mean_mm, 0.0, 0.05);
-  // Nothing has moved at the reference frame's time, and the cycle is periodic.
+  // At the time of the reference frame the displacement is zero, and the motion is periodic.
   const double reference_s = sequence_.times_s[known.reference_frame];
   for (const float u : field(0, PAL_FIELD_TO_TIME, reference_s)) ASSERT_NEAR(u, 0.0, 0.05);
   const auto once = field(0, PAL_FIELD_TO_TIME, 0.3),
@@ -172,7 +172,7 @@ TEST_F(CMotion, OfASequenceIsOneMotionForAllFrames) {
   EXPECT_LT(rms_mm(field(1), truth),
             0.6 * rms_mm(std::vector<float>(3 * truth.u_mm.size(), 0.0F), truth));
 
-  // Written and read again it is the same.
+  // It is the same after it was written and read again.
   const TemporaryFolder folder;
   const std::string file = folder / "whole.nrrd";
   PAL_ASSERT_OK(pal_motion_save(motion_, nullptr, file.c_str()));
@@ -181,7 +181,7 @@ TEST_F(CMotion, OfASequenceIsOneMotionForAllFrames) {
   std::swap(read, motion_);
   const PalGrid grid = grid_of(sequence_.frames.front().grid);
   EXPECT_EQ(field(0, PAL_FIELD_TO_TIME, 0.3, &grid), once);
-  // A frame on the grid that is asked for is carried as by the motion that was found.
+  // A frame on the requested grid is moved by the motion that was found.
   const Volume& frame = sequence_.frames[known.reference_frame];
   PalFieldInfo then{};
   then.size = sizeof then;
@@ -199,7 +199,8 @@ TEST_F(CMotion, OfASequenceIsOneMotionForAllFrames) {
 TEST_F(CMotion, OfACycleInPairsIsJudgedByItsDriftToo) {
   estimate(info(PAL_ESTIMATOR_PAIRWISE | PAL_ESTIMATOR_CYCLIC));
   EXPECT_EQ(summary().step_count, 4U);
-  // As the program judges pairs: points where the first one shows structure go around.
+  // As the program computes the verdict of pairs: points of the first frame with structure are
+  // followed around the cycle.
   EstimatorOptions options;
   options.motion = *motion_preset("fast");
   options.cyclic = options.backward = true;
@@ -245,7 +246,7 @@ TEST_F(CMotion, CountsTimeAsTheFramesDo) {
   pal_estimator_close(&estimator_);
   estimate(info(PAL_ESTIMATOR_NO_VERDICT));
   EXPECT_EQ(field(0, PAL_FIELD_TO_TIME, 7.375), known);
-  // The file's times begin at 0.
+  // Times in the file begin at 0.
   const TemporaryFolder folder;
   const std::string file = folder / "whole.nrrd";
   PAL_ASSERT_OK(pal_motion_save(motion_, nullptr, file.c_str()));
@@ -287,7 +288,8 @@ TEST_F(CMotion, IsWrittenAsItkReadsIt) {
 }
 
 TEST_F(CMotion, DoesNotDependOnTheOrderOfAnAxis) {
-  // j counted from the other end: the same samples at the same places, so the same field there.
+  // With j counted from the other end: the same samples at the same places, so the same field
+  // there.
   sequence_.frames.resize(2);
   estimate(info(PAL_ESTIMATOR_NO_VERDICT));
   const std::vector<float> straight = field();

@@ -1,4 +1,4 @@
-// The examples of docs/examples, built against the installed package and nothing else, and run.
+// The examples of docs/examples, built against the installed package only, and run.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -39,12 +39,12 @@ Ran run(const std::string& command) {
   return ran;
 }
 
-/// A line of itk_demons: what a method took, and how wrong its field is.
+/// A line of itk_demons: the time of a method and the error of its field.
 struct Row {
   double seconds = 0.0, mean = 0.0, p95 = 0.0;
 };
 
-/// By method, as itk_demons printed them.
+/// Rows by method, from the output of itk_demons.
 std::map<std::string, Row> rows_of(const std::string& printed) {
   std::map<std::string, Row> rows;
   std::istringstream lines(printed);
@@ -59,7 +59,7 @@ std::map<std::string, Row> rows_of(const std::string& printed) {
 const char* const kItkMethods[] = {"ITK, fast symmetric forces Demons",
                                    "ITK, diffeomorphic Demons"};
 
-/// Mean distance of a field to the true one at the truth's samples in the mask, mm.
+/// Mean distance between a field and the true one at the truth's samples in the mask, mm.
 double mean_error_mm(const Field& found, const Field& truth, const Volume& mask) {
   double sum = 0.0;
   size_t count = 0;
@@ -76,7 +76,7 @@ double mean_error_mm(const Field& found, const Field& truth, const Volume& mask)
   return sum / double(count);
 }
 
-/// For the module; empty if that was not built or numpy is missing.
+/// For the module; empty if it was not built or numpy is missing.
 const std::string kPython = PALPATE_MODULE_PYTHON;
 
 /// Installs what the examples need; once per test program.
@@ -87,7 +87,7 @@ class InstalledPackage : public ::testing::Test {
                                         "palpate_program"};
     if (!kPython.empty()) components.emplace_back("palpate_python");
     for (const std::string& component : components) {
-      // The list of what was put in place must not replace that of a person's own installation.
+      // CMake's list of installed files must not replace that of a user's own installation.
       const Ran installed = run("DESTDIR= cmake -DCMAKE_INSTALL_PREFIX=" + prefix() +
                                 " -DCMAKE_INSTALL_COMPONENT=" + component + " -P " + script());
       ASSERT_EQ(installed.exit_code, 0) << installed.text;
@@ -105,7 +105,7 @@ class InstalledPackage : public ::testing::Test {
     files::write_bytes(folder_ / "cmake_install.cmake", text);
     return folder_ / "cmake_install.cmake";
   }
-  /// cine.py with the installed module: a motion that explains the frames.
+  /// cine.py with the installed module: the motion must explain the frames.
   void follow_a_real_heart() {
     if (kPython.empty()) {
       left_out_ += "The Python module was not built, or numpy is missing. ";
@@ -125,7 +125,7 @@ class InstalledPackage : public ::testing::Test {
             examples_ + "/cine.py" + frames + " --preset fast --save " + at("motion.nrrd"));
     ASSERT_EQ(cine.exit_code, 0) << cine.text;
     EXPECT_THAT(cine.text, HasSubstr("verdict: ok"));
-    // Carried back the frames differ no more from the reference frame than as they are.
+    // After they are moved back, the frames differ from the reference frame no more than before.
     const std::regex row("\\n +\\d+ [^\\n]* ([0-9.]+), ([0-9.]+)(?=\\n)");
     int rows = 0;
     for (std::sregex_iterator match(cine.text.begin(), cine.text.end(), row), end; match != end;
@@ -139,11 +139,12 @@ class InstalledPackage : public ::testing::Test {
 
   TemporaryFolder folder_;
   const std::string examples_ = prefix() + "/share/doc/libpalpate-dev/examples";
-  std::string left_out_;  ///< what was not tried, and why: sentences
+  /// What was not tested, and why: sentences.
+  std::string left_out_;
 };
 
-/// How many pixels of a picture (PPM) are mostly blue, as the cube is, and mostly red, as the
-/// heart.
+/// The number of pixels of a picture (PPM) that are mostly blue, as the cube, and mostly red, as
+/// the heart.
 std::pair<int, int> blue_and_red(const std::string& file) {
   const std::string bytes = files::read_bytes(file);
   const size_t begin = bytes.find("255\n") + 4;
@@ -171,7 +172,7 @@ TEST_F(InstalledPackage, BuildsAndRunsTheExamples) {
   const Ran built = run("cmake --build " + at("build"));
   ASSERT_EQ(built.exit_code, 0) << built.text;
 
-  // The built-in heart in a host's loop: touched, smooth, and let go of by a ramp.
+  // The built-in heart in a host's loop: contact, no jumps, and a ramp at the end.
   const Ran loop = run(at("build/host_loop") + " --seconds 4");
   EXPECT_EQ(loop.exit_code, 0) << loop.text;
   std::smatch felt;
@@ -186,7 +187,8 @@ TEST_F(InstalledPackage, BuildsAndRunsTheExamples) {
   EXPECT_EQ(wrong.exit_code, 1);
   EXPECT_THAT(wrong.text, HasSubstr("/nowhere.mha"));
 
-  // A program for ITK's Demons, with palpate in its place: what it warps looks like what is fixed.
+  // A program for ITK's Demons filter, with palpate instead: the warped image must be similar to
+  // the fixed one.
   const Sequence shell = shell_phantom(40);
   ASSERT_TRUE(files::write_volume(shell.frames[0], at("fixed.nii.gz")));
   ASSERT_TRUE(files::write_volume(shell.frames[1], at("moving.nii.gz")));
@@ -204,7 +206,8 @@ TEST_F(InstalledPackage, BuildsAndRunsTheExamples) {
   const double still = mean_difference(shell.frames[1], shell.frames[0]),
                carried = mean_difference(*warped, shell.frames[0]);
   EXPECT_LT(carried, 0.6 * still);
-  // Its table says the same (with three decimals), and ITK's own filters find the motion, too.
+  // Its table has the same numbers (with three decimals), and ITK's own filters find the motion
+  // too.
   auto rows = rows_of(registered.text);
   EXPECT_NEAR(rows["no motion"].mean, still, 0.001);
   EXPECT_NEAR(rows["palpate"].mean, carried, 0.001);
@@ -213,7 +216,7 @@ TEST_F(InstalledPackage, BuildsAndRunsTheExamples) {
   EXPECT_EQ(missing.exit_code, 1);
   EXPECT_THAT(missing.text, HasSubstr("none.mha"));
 
-  // The same on a real thorax (MR) in known motion: time and error of palpate beside ITK's.
+  // The same on a real thorax (MR) with known motion: time and error of palpate and of ITK.
   const std::string thorax = PALPATE_SHARED_DATA "/kit/thoraxmr_bspline/";
   if (std::filesystem::exists(thorax)) {
     const Ran compared = run(demons + thorax + "fixed.mha " + thorax + "moving.mha " + thorax +
@@ -233,7 +236,7 @@ TEST_F(InstalledPackage, BuildsAndRunsTheExamples) {
     for (const char* method : kItkMethods) {
       const Row theirs = rows[method];
       EXPECT_GT(theirs.seconds, 0.0) << method;
-      EXPECT_LT(theirs.mean, 0.5 * none.mean) << method << " was not given what it needs";
+      EXPECT_LT(theirs.mean, 0.5 * none.mean) << method << " did not find the motion";
       EXPECT_LT(ours.mean, theirs.mean) << method;
       EXPECT_LT(ours.p95, theirs.p95) << method;
     }
@@ -256,8 +259,8 @@ TEST_F(InstalledPackage, BuildsAndRunsTheExamples) {
 
   follow_a_real_heart();
 
-  // A volume that moves in a VTK pipeline, where VTK is there: like the real frames, more than one
-  // that stands still.
+  // A volume that moves in a VTK pipeline, if VTK is installed: it must be more similar to the real
+  // frames than a still one.
   if (std::filesystem::exists(at("build/vtk_volume"))) {
     std::string frames;
     for (size_t k = 0; k < shell.frames.size(); ++k) {
@@ -279,10 +282,10 @@ TEST_F(InstalledPackage, BuildsAndRunsTheExamples) {
     EXPECT_THAT(no_frame.text, HasSubstr("none.mha"));
   }
 
-  // The cube in the heart: both are seen.
+  // The cube in the heart: both are visible.
   std::string why_not;
   auto display = VirtualDisplay::start(1280, 800, why_not);
-  if (!display) GTEST_SKIP() << left_out_ << "The pictures are not looked at: " << why_not;
+  if (!display) GTEST_SKIP() << left_out_ << "The pictures are not tested: " << why_not;
   const Ran drawn = run(at("build/host_vulkan") + " --frames 2 --screenshot " + at("picture.ppm"));
   ASSERT_EQ(drawn.exit_code, 0) << drawn.text;
   const auto [blue, red] = blue_and_red(at("picture.ppm"));

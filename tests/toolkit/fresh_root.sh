@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds and runs the six examples in a fresh Debian 12 that has nothing of palpate but its packages, then takes these away.
+# Builds and runs the six examples in a fresh Debian 12 with palpate's packages only, then removes the packages.
 # usage: fresh_root.sh ROOT DATA [PACKAGES]
 #   ROOT      a folder that debootstrap fills (about 4 GB); if it is a Debian already, it is used as it is
 #   DATA      a folder with heart_cine/frame_*.mha, a beating heart, and lung/pair_*.mha, a pair in known motion
@@ -7,13 +7,13 @@
 # Before it: cmake --build build && (cd build && cpack). As root, with the network; what it mounts goes when it ends.
 set -euo pipefail
 [[ $# -ge 2 ]] || { sed -n 2,7p "$0"; exit 2; }
-# Mounts of its own.
+# Mounts made by this script.
 [[ ${PALPATE_UNSHARED:-} ]] || PALPATE_UNSHARED=1 exec unshare --mount --pid --fork "$0" "$@"
 root=$1 data=$2 packages=${3:-build}
 
 step() { echo "== $*"; }
 inside() { chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive "$@"; }
-# As somebody without rights, in a home of their own.
+# As a user without privileges, with a home of its own.
 person() { chroot "$root" su -l person -c "$1"; }
 palpate_files() { find "$root" -xdev -iname '*palpate*' -not -path "$root/packages*" -not -path "$root/home/*" -not -path "$root/tmp/*" -not -name palpate.log | sort; }
 
@@ -30,12 +30,12 @@ mount --make-rslave "$root/dev"
 
 step "Compilers, and the hosts' own libraries"
 inside apt-get update -qq
-# ITK's CMake files ask for FFTW, which its package only recommends; VTK's ask for MPI, and its examples' display needs xvfb.
+# ITK's CMake files need FFTW, which its package only recommends; VTK's need MPI, and its examples' display needs xvfb.
 inside apt-get install -y -qq --no-install-recommends \
   g++ cmake make pkg-config libinsighttoolkit5-dev libfftw3-dev libvtk9-dev \
   libglfw3-dev libglm-dev libvulkan-dev glslang-tools python3-numpy xvfb xauth mesa-vulkan-drivers >"$root/hosts.log" 2>&1 ||
   { tail -20 "$root/hosts.log"; exit 1; }
-# What a run that failed has left.
+# Leftovers of a run that failed.
 inside apt-get purge -y -qq '?name(palpate)' >>"$root/hosts.log" 2>&1
 [[ -z $(palpate_files) ]] || { echo "palpate is there already:"; palpate_files; exit 1; }
 inside id person >/dev/null 2>&1 || inside useradd --create-home person
@@ -44,7 +44,7 @@ step "palpate's packages"
 rm -rf "$root/packages" "$root/home/person/"*
 mkdir "$root/packages"
 cp "$packages"/*.deb "$root/packages"
-# All that cpack makes, so that each of them is installed and goes again.
+# All packages that cpack makes, so that each of them is installed and removed.
 mapfile -t names < <(for file in "$root/packages/"*.deb; do dpkg-deb --field "$file" Package; done)
 [[ $(printf '%s\n' "${names[@]}" | sort -u | wc -l) -eq ${#names[@]} ]] || { echo "A package is there in two versions: ${names[*]}"; exit 1; }
 for name in palpate libpalpate0 libpalpate-dev python3-palpate palpate-lab palpate-cohort; do
@@ -58,7 +58,7 @@ cp "$data"/heart_cine/frame_*.mha "$data"/lung/pair_*.mha "$root/home/person/dat
 inside chown -R person: /home/person
 
 step "The examples are built"
-# (ITK asks for all of GDCM, whose CMake files list programs of a package that is not needed: they say so at length.)
+# (ITK requires all of GDCM, whose CMake files list programs of a package that is not needed and print long messages about them.)
 person 'cmake -S /usr/share/doc/libpalpate-dev/examples -B examples -DCMAKE_BUILD_TYPE=Release' >"$root/configured.log" 2>&1 ||
   { cat "$root/configured.log"; exit 1; }
 grep 'left out' "$root/configured.log" || true

@@ -1,5 +1,6 @@
-// Handles that several threads use and close at once. Oracle: what palpate.h promises: a call with
-// a handle that another thread has closed fails, and closing waits for calls that are running.
+// Handles that several threads use and close at the same time. Oracle: the guarantee in palpate.h:
+// a call with a handle that another thread has closed fails, and closing waits for calls that are
+// running.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -15,7 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 using toolkit::Use;
 
-/// What a handle stands for here: it counts those that live, and is marked when it ends.
+/// The object behind a handle. It counts living objects, and is marked when it is destroyed.
 struct Probe {
   static constexpr int kAlive = 4711;
   static inline std::atomic<int> living{0};
@@ -27,8 +28,8 @@ struct Probe {
   }
 };
 
-/// Lets other threads in before each access, sometimes: what lies between two accesses of a thread
-/// is nanoseconds otherwise, and a wrong order of them would hardly ever show.
+/// Sometimes lets other threads run before an access. Without this two accesses of a thread are
+/// nanoseconds apart, and a wrong order of them would hardly ever show.
 void give_way() {
   thread_local uint32_t state = 1;
   state = 1664525 * state + 1013904223;
@@ -52,7 +53,7 @@ class GivingWay {
 
 using Handle = toolkit::Handle<Probe, GivingWay>;
 
-/// Two threads that begin at the same moment, again and again.
+/// Makes two threads begin at the same time, round after round.
 class Pair {
  public:
   /// Waits for the other thread.
@@ -79,7 +80,7 @@ TEST(Handles, WaitWithClosingForTheCallThatRuns) {
     ASSERT_TRUE(use);
     in_use = true;
     while (!closing) std::this_thread::yield();
-    // As long as this call runs nothing may be taken from it, however long that is.
+    // While this call runs the handle's object must not be destroyed, however long the call takes.
     for (int k = 0; k < 50; ++k) {
       std::this_thread::sleep_for(1ms);
       EXPECT_FALSE(closed);
@@ -101,7 +102,7 @@ TEST(Handles, RefuseCallsWhileTheyAreClosed) {
     const Use use(handle);
     in_use = true;
     while (!closing) std::this_thread::yield();
-    // The close waits for this call, and another call does not begin.
+    // The close waits for this call, and no other call can begin.
     for (int tries = 0; Use(handle); ++tries) {
       std::this_thread::sleep_for(1ms);
       ASSERT_LT(tries, 10'000);
@@ -139,7 +140,7 @@ TEST(Handles, AreClosedByOneOfTwoThreads) {
   other.join();
   EXPECT_EQ(wrong, 0);
   EXPECT_EQ(Probe::living, 0);
-  // A handle that was freed twice would soon stand for two things.
+  // A handle that was freed twice would soon stand for two objects.
   std::set<Handle*> open;
   for (size_t k = 0; k < 4 * Handle::kRest; ++k) {
     open.insert(Handle::make(std::make_shared<Probe>()));
@@ -156,7 +157,7 @@ TEST(Handles, StandForSomethingInEveryCallThatIsNotRefused) {
   std::thread caller([&] {
     for (int round = 0; round < kRounds; ++round) {
       pair.meet();
-      // The close comes at once, if not on a machine that does much else.
+      // The close comes at once, except on a busy machine.
       const auto give_up = std::chrono::steady_clock::now() + 20s;
       for (bool open = true; open && wrong == 0;) {
         wrong += std::chrono::steady_clock::now() > give_up;
@@ -164,7 +165,7 @@ TEST(Handles, StandForSomethingInEveryCallThatIsNotRefused) {
         open = bool(use);
         refused += !open;
         if (!open) break;
-        // Taken out by the close, which must have waited.
+        // The close has taken the object out; it must have waited for this.
         const std::shared_ptr<Probe> content = use.shared();
         wrong += !content || content->mark != Probe::kAlive;
       }
@@ -174,7 +175,7 @@ TEST(Handles, StandForSomethingInEveryCallThatIsNotRefused) {
   for (int round = 0; round < kRounds; ++round) {
     handle = Handle::make(std::make_shared<Probe>());
     pair.meet();
-    // At another place of the caller's loop each time.
+    // At a different point of the caller's loop in each round.
     for (int spin = 0; spin < round % 97; ++spin)
       std::atomic_signal_fence(std::memory_order_seq_cst);
     handle->close().reset();

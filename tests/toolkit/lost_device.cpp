@@ -19,8 +19,8 @@ bool is_lost(VkQueue queue) {
   return lost.contains(queue);
 }
 
-/// By its file: a module of Python's has the loader in a scope of its own, where RTLD_NEXT finds
-/// nothing.
+/// Looked up in the loader's file: a Python module loads the loader in a scope of its own, in which
+/// RTLD_NEXT finds nothing.
 template <class Function>
 Function loaders(const char* name) {
   return reinterpret_cast<Function>(::dlsym(::dlopen("libvulkan.so.1", RTLD_NOW), name));
@@ -40,7 +40,7 @@ VKAPI_ATTR VkResult VKAPI_CALL vkQueueSubmit(VkQueue queue, uint32_t count,
   static const auto submit = loaders<PFN_vkQueueSubmit>("vkQueueSubmit");
   static const auto idle = loaders<PFN_vkQueueWaitIdle>("vkQueueWaitIdle");
   if (!is_lost(queue)) return submit(queue, count, submits, fence);
-  // What a lost device has begun is over before it says that it is lost.
+  // A lost device must have finished its work before it returns the error.
   idle(queue);
   return VK_ERROR_DEVICE_LOST;
 }
@@ -49,7 +49,7 @@ VKAPI_ATTR void VKAPI_CALL vkGetDeviceQueue(VkDevice device, uint32_t family, ui
                                             VkQueue* queue) {
   static const auto get = loaders<PFN_vkGetDeviceQueue>("vkGetDeviceQueue");
   get(device, family, index, queue);
-  // A new device may have its queue where a lost one had it.
+  // A new device may have its queue at the address of a lost one's.
   const std::lock_guard lock(mutex);
   lost.erase(*queue);
 }

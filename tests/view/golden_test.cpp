@@ -1,6 +1,5 @@
-// Views that a person has looked at and found right: what is drawn must stay like them. Written
-// anew by PALPATE_WRITE_GOLDEN=1 tests/view/view_test --gtest_filter='GoldenTest.*'; look at them
-// then.
+// Pictures that were inspected and found correct: new ones must stay like them. Written again by
+// PALPATE_WRITE_GOLDEN=1 tests/view/view_test --gtest_filter='GoldenTest.*'; inspect them then.
 #include "module/view/stream_lines.h"
 #include "tests/view/picture_file.h"
 #include "tests/view/slow_rays.h"
@@ -10,7 +9,8 @@ namespace palpate::test {
 namespace {
 
 constexpr PictureSize kSize{128, 128};
-// A step of 1/255 in every value is 48 dB: more than devices that round differently come to.
+// A step of 1/255 in every value is 48 dB: more than the difference between devices that round
+// differently.
 constexpr double kAlike_db = 48.0;
 
 class GoldenTest : public ViewTest {
@@ -64,7 +64,7 @@ TEST_F(GoldenTest, AHeartCutOpenBesideAMolecule) {
 }
 
 TEST_F(GoldenTest, ACarriedHeartCutOpenWithItsSegments) {
-  // Balls at the inner and outer side of the wall, as they are in the carried frame.
+  // Balls at the inner and outer side of the wall, as in the carried frame.
   MovingVolume heart = *carried_heart(false);
   const auto distance = [](double radius_mm) {
     return still_volume(64, 2.0, [=](glm::dvec3 x) { return radius_mm - glm::length(x); })->frames;

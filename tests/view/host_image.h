@@ -11,7 +11,7 @@
 
 namespace palpate::test {
 
-/// An image of a host's of two layers, to be filled and read back.
+/// A host's image with two layers, to be filled and read back.
 class HostImage {
  public:
   HostImage(std::shared_ptr<vulkan::Context> context, PictureSize size, VkFormat format,

@@ -1,5 +1,5 @@
-// Pictures in a host's images. Oracle: the same picture by the renderer alone, cut by a plane where
-// the host's surface stands and before a background of the host's colour.
+// Pictures in a host's images. Oracle: the same picture by the renderer alone, cut by a plane at
+// the host's surface and on a background of the host's colour.
 #include "module/view/host_images.h"
 
 #include <cmath>
@@ -17,7 +17,7 @@ constexpr double kNear_m = 0.05, kFar_m = 2.0;  // of the host's camera
 constexpr uint32_t kHost = 0xff4080c0u;         // its colour: A, B, G, R
 constexpr int kRounding = 1;                    // of 255
 
-/// What a host's camera makes of depths, and the formats it keeps.
+/// A host camera's depth convention, and its formats.
 struct Convention {
   const char* name;
   VkFormat colour, depth;
@@ -87,7 +87,7 @@ class HostImagesTest : public ViewTest, public ::testing::WithParamInterface<Con
 
   uint32_t host_colour() const { return GetParam().swapped() ? swap(kHost) : kHost; }
 
-  /// Fills the host's images with its colour at a depth, draws, and gives its pixels (R lowest).
+  /// Fills the host's images with its colour at a depth, draws, and returns its pixels (R lowest).
   std::vector<uint32_t> drawn(double z_m, bool with_depth, int eye) {
     const std::vector<uint32_t> colours(colour_->pixels(), host_colour());
     const std::vector<uint32_t> depths(colour_->pixels(), GetParam().word(z_m));
@@ -112,7 +112,7 @@ class HostImagesTest : public ViewTest, public ::testing::WithParamInterface<Con
     return pixels;
   }
 
-  /// The renderer's own picture before a background of the host's colour, nothing farther than z.
+  /// The renderer's own picture on a background of the host's colour, cut beyond z.
   Picture expected(double z_m, int eye) {
     ViewScene scene = scene_;
     scene.background_top = scene.background_bottom =
@@ -145,7 +145,7 @@ TEST_P(HostImagesTest, AreTheBackgroundWhereTheyHaveNoDepth) {
 }
 
 TEST_P(HostImagesTest, HideWhatLiesBehindThem) {
-  // In the middle of the ball; the rod, whose edges mix with what is behind it, is left out.
+  // In the middle of the ball, without the rod, whose edges blend with the background.
   scene_.things.clear();
   const double middle_m = kAway_m + 0.002;
   for (int eye = 0; eye < 2; ++eye) {
@@ -156,7 +156,7 @@ TEST_P(HostImagesTest, HideWhatLiesBehindThem) {
       ASSERT_LE(worst_channel(pixels[p], alone.colours[p]), kRounding) << "pixel " << p;
       cut += worst_channel(pixels[p], all.colours[p]) > 3;
     }
-    EXPECT_GT(cut, 300) << "the plane hides nothing";
+    EXPECT_GT(cut, 300) << "the plane cuts nothing away";
   }
 }
 

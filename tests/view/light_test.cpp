@@ -1,14 +1,14 @@
-// What of the light comes through bodies whose line integral is known in closed form.
+// Transmitted light of bodies whose line integral is known in closed form.
 #include "tests/view/view_scenes.h"
 
 namespace palpate::test {
 namespace {
 
 constexpr PictureSize kLightSize{64, 48};
-// The picture is rounded to 1/255; the sum itself is asked to be as good.
+// The picture is rounded to 1/255; the sum must be as accurate.
 constexpr double kOfLight = 1.0 / 255.0;
 
-/// Compares how much each pixel is covered with 1 - exp(-integral).
+/// Compares the coverage of each pixel with 1 - exp(-integral).
 void expect_covered(const Picture& picture, const Eye& eye,
                     const std::function<double(glm::dvec3, glm::dvec3)>& integral) {
   for (int y = 0; y < kLightSize.height; ++y)
@@ -34,7 +34,6 @@ double inside_box(glm::dvec3 from, glm::dvec3 way, double half) {
 using LightTest = ViewTest;
 
 TEST_F(LightTest, ThroughASlabFallsExponentially) {
-  // Two values, so that the range is not empty; only the value 1 is looked at.
   const auto volume = still_volume(32, 1.5, [](glm::dvec3) { return 1.0; });
   auto view = renderer({kLightSize, 1});
   set(*view, {volume});
@@ -58,7 +57,7 @@ TEST_F(LightTest, ThroughASphereFollowsItsLineIntegral) {
   set(*view, {volume});
   for (const double per_mm : {0.01, 0.04}) {
     ViewScene scene;
-    // A turned and enlarged volume looks the same from a place that is turned and enlarged.
+    // A rotated and enlarged volume gives the same picture from a rotated and enlarged place.
     Transform turned;
     turned.rotation = glm::angleAxis(0.7, glm::normalize(glm::dvec3(1, 2, -1)));
     turned.scale = glm::dvec3(2.0);
@@ -78,7 +77,7 @@ TEST_F(LightTest, ThroughASphereFollowsItsLineIntegral) {
 }
 
 TEST_F(LightTest, IsSmoothedAlikeAlongAllAxes) {
-  // Frames are smoothed in runs along one axis: the borders of runs must not show.
+  // Frames are smoothed in runs along one axis: the borders of runs must not be visible.
   constexpr PictureSize kSquare{64, 64};
   constexpr int kVoxels = 32;
   const auto level = [](double mm) {
@@ -107,7 +106,7 @@ TEST_F(LightTest, IsSmoothedAlikeAlongAllAxes) {
                   2)
           << x << ", " << y;
     }
-  // There is something to compare.
+  // The picture must have differences to compare.
   EXPECT_GT(most - least, 80);
 }
 

@@ -1,4 +1,4 @@
-// What is seen is what is felt, on a real chest CT in known motion, noise and all.
+// The drawn surface is the felt one, on a real chest CT with known motion and noise.
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -50,8 +50,9 @@ class LungSurfaceTest : public ViewTest {
     return std::make_shared<const MovingVolume>(std::move(*built));
   }
 
-  /// How far the drawn surface lies from the felt one, along the normal, voxels: one number per
-  /// pixel that shows the level. The felt surface is looked for within two voxels of the drawn one.
+  /// The distance of the drawn surface from the felt one, along the normal, in voxels: one number
+  /// per pixel that shows the iso-value. The felt surface is searched within two voxels of the
+  /// drawn one.
   std::vector<double> off(VolumeRenderer& view, const std::shared_ptr<const MovingVolume>& chest,
                           FramePointer at, double level, glm::dvec3 from) {
     ViewScene scene;
@@ -85,7 +86,7 @@ class LungSurfaceTest : public ViewTest {
           slope[a] = (above(place + aside) - above(place - aside)) / (2.0 * kStep);
         }
         const double facing = std::abs(glm::dot(glm::normalize(slope), way));
-        // At a rim depth says nothing of where the surface is.
+        // At a rim the depth does not give the place of the surface.
         if (facing < 0.4) continue;
         double nearest = 1e9;
         for (double t = -2.0 * kVoxelM; t < 2.0 * kVoxelM; t += kStep) {
@@ -107,23 +108,26 @@ class LungSurfaceTest : public ViewTest {
 
 struct Surface {
   const char* name;
-  double level;   ///< HU
-  double middle;  ///< at most this far off in the middle, and at 19 of 20 places, voxels
+  double level;  ///< HU
+  /// Largest median error, and largest 95th percentile, voxels.
+  double middle;
   double nearly_all;
-  double carried_nearly_all;  ///< where one motion carries one frame's values
+  /// Where one motion carries one frame's values.
+  double carried_nearly_all;
 };
-// Issue: 0.1 voxel. Reached on skin (measured over all phases: 0.013 to 0.017 and 0.031 to 0.042
-// for its outer edge, 0.019 to 0.041 and 0.042 to 0.094 for its middle). Bone is a voxel or two
-// thick here, and between voxels the picture reads straight lines where the hand reads a cubic
-// spline: measured 0.051 to 0.059 and 0.22 to 0.31. Carried values are
-// read with their slopes: measured at most 0.011 and 0.029 on all three.
+// Required: 0.1 voxel. Reached on skin (measured over all phases: 0.013 to 0.017 and 0.031 to 0.042
+// for its outer edge, 0.019 to 0.041 and 0.042 to 0.094 for its middle). Bone is one or two voxels
+// thick here, and between voxels the picture interpolates linearly where the haptic loop reads a
+// cubic spline: measured 0.051 to 0.059 and 0.22 to 0.31. Carried values are read with their
+// slopes: measured at most 0.011 and 0.029 on all three.
 constexpr Surface kSurfaces[]{{"edge of the skin", -700.0, 0.03, 0.1, 0.06},
                               {"skin", -300.0, 0.06, 0.1, 0.06},
                               {"bone", 250.0, 0.08, 0.35, 0.06}};
 
 TEST_F(LungSurfaceTest, OfARealChestIsSeenWhereItIsFeltAtEveryPhase) {
   RendererOptions options{kLungSize, 1};
-  // The picture's lattice of samples is a voxel wide; a fine one shows where the surface itself is.
+  // The picture's lattice of samples is a voxel wide; a fine one shows the place of the surface
+  // itself.
   options.samples_per_voxel = 32.0;
   options.near_m = kNear;
   for (const auto& [first, is_carried] :

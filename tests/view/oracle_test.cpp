@@ -1,4 +1,4 @@
-// Whole pictures against the integral that they stand for.
+// Whole pictures compared with the integral that they represent.
 #include "tests/view/picture_file.h"
 #include "tests/view/slow_rays.h"
 #include "tests/view/view_scenes.h"
@@ -8,12 +8,13 @@ namespace {
 
 constexpr PictureSize kOracleSize{36, 36};
 constexpr double kStepsPerVoxel = 8.0;
-// What is asked of a picture that is compared for speed; the eye sees no difference from about 40.
+// The requirement for pictures whose speed is compared; from about 40 dB differences are not
+// visible.
 constexpr double kOracleAlike_db = 40.0;
 
 class OracleTest : public ViewTest {
  protected:
-  /// Draws a scene both ways; with PALPATE_LOOK=DIR both are left there to look at.
+  /// Draws a scene both ways; with PALPATE_LOOK=DIR both pictures are stored there for inspection.
   double alike_db(const ViewScene& scene, const Eye& eye, const std::string& name) {
     RendererOptions options{kOracleSize, 1};
     auto view = renderer(options);
@@ -74,7 +75,8 @@ TEST_F(OracleTest, OfAMistWithColoursOfItsOwn) {
   EXPECT_GT(alike_db(scene, eye_, "mist"), kOracleAlike_db);
 }
 
-// The way past what is empty is less than the distance of two floats there: a ray must not stand.
+// The way past empty space is smaller than the distance of two floats there: a ray must still
+// advance.
 TEST_F(OracleTest, OfASmallBallFromThirtyThousandVoxelsAway) {
   const auto ball = still_volume(64, 0.02, [](glm::dvec3 x) {
     return 1000.0 / (1.0 + std::exp(50.0 * (glm::length(x) - 0.3)));
@@ -87,7 +89,7 @@ TEST_F(OracleTest, OfASmallBallFromThirtyThousandVoxelsAway) {
   EXPECT_GT(alike_db(scene, far_away, "far"), kOracleAlike_db);
 }
 
-// Steps along a ray are counted in voxels, so that no spacing is drawn more coarsely than another.
+// Steps along a ray are counted in voxels, so that the quality does not depend on the spacing.
 TEST_F(OracleTest, OfTheSameMistInSamplesOfAnyDistance) {
   for (const double spacing_mm : {0.4, 10.0}) {
     const double per_mm = 2.0 / spacing_mm;

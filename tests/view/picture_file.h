@@ -7,10 +7,10 @@
 
 namespace palpate::test {
 
-/// Writes a picture as PNG (RGB, 8 bit); false if the file can not be written. For looking at.
+/// Writes a picture as PNG (RGB, 8 bit) for inspection; false if the file can not be written.
 bool write_png(const Picture& picture, const std::string& path);
 
-/// What write_png() wrote, opaque; nothing for another file.
+/// A picture that write_png() wrote, opaque; nothing for another file.
 std::optional<Picture> read_png(const std::string& path);
 
 }  // namespace palpate::test

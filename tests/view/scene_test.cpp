@@ -1,4 +1,4 @@
-// What lies before what, and which side is which.
+// The order in depth, and left and right.
 #include "tests/view/picture_file.h"
 #include "tests/view/slow_rays.h"
 #include "tests/view/view_scenes.h"
@@ -21,7 +21,7 @@ Look ball_look(glm::dvec3 colour) {
   return look;
 }
 
-/// What is drawn dominantly at a place of the world: 'r', 'g', 'b', or '.' for the background.
+/// The dominant colour at a place of the world: 'r', 'g', 'b', or '.' for the background.
 char seen_at(const Picture& picture, const Eye& eye, glm::dvec3 world) {
   const glm::dvec3 at = glm::conjugate(eye.orientation) * (world - eye.position_m);
   const int x = int((at.x / -at.z - eye.tan_left) / (eye.tan_right - eye.tan_left) * picture.width);
@@ -55,7 +55,7 @@ TEST_F(SceneTest, TwoVolumesHideEachOtherByTheirDepth) {
   EXPECT_EQ(seen_at(draw_one(*view, scene), eye_, {0, 0, 0.03}), 'r');
   std::swap(scene.volumes[0].world_from_volume, scene.volumes[1].world_from_volume);
   EXPECT_EQ(seen_at(draw_one(*view, scene), eye_, {0, 0, 0.03}), 'g');
-  // Balls that run into each other: each is seen where it is in front.
+  // Balls that intersect: each is visible where it is in front.
   Transform left, right;
   left.translation_m = {-0.006, 0.0, 0.0};
   right.translation_m = {0.006, 0.0, 0.0};
@@ -71,7 +71,7 @@ TEST_F(SceneTest, ThingsAndVolumesHideEachOtherByTheirDepth) {
   set(*view, {red});
   ViewScene scene;
   scene.volumes = {{red, {}, {}, ball_look(kRed)}};
-  // A rod through the ball from left to right, and one passing in front of it.
+  // A rod through the ball from left to right, and one in front of it.
   scene.things.push_back({{-0.03, 0.0, 0.0}, {0.03, 0.0, 0.0}, 0.003, 0.003, kBlue});
   scene.things.push_back({{-0.03, 0.006, 0.016}, {0.03, 0.006, 0.016}, 0.002, 0.002, kGreen});
   const Picture picture = draw_one(*view, scene);
@@ -88,7 +88,7 @@ TEST_F(SceneTest, ThingsAreMetWhereTheirFormulaSays) {
   set(*view, {red});
   ViewScene scene;
   scene.volumes = {{red, {}, {}, ball_look(kRed)}};
-  // A sphere, met at a known depth by every pixel well inside its rim.
+  // A sphere, with a known depth at every pixel well inside its rim.
   const glm::dvec3 centre(0.01, -0.005, 0.02);
   constexpr double kRadius = 0.015;
   add_sphere(scene.things, centre, kRadius, kBlue);
@@ -103,8 +103,8 @@ TEST_F(SceneTest, ThingsAreMetWhereTheirFormulaSays) {
       ++met;
       const double depth =
           options.near_m / double(picture.depths[size_t(y * kSceneSize.width + x)]);
-      // Things are met half a pixel too thick: here a pixel is 0.8 mm wide, and slanted by at most
-      // the rim's 0.22.
+      // Shapes are drawn half a pixel too thick: here a pixel is 0.8 mm wide, and the slope at the
+      // rim is at least 0.22.
       ASSERT_NEAR(depth, (-b - std::sqrt(under)) / a, 0.5 * 0.0009 / 0.2) << x << ", " << y;
     }
   EXPECT_GT(met, 500);
@@ -117,7 +117,8 @@ TEST_F(SceneTest, ClipPlanesCutVolumesAndNotThings) {
   ViewScene scene;
   scene.volumes = {{red, {}, {}, ball_look(kRed)}};
   add_sphere(scene.things, {0.02, 0.0, 0.0}, 0.003, kBlue);
-  scene.clips = {{{-1.0, 0.0, 0.0}, 0.0}};  // keeps x < 0
+  // Keeps x < 0.
+  scene.clips = {{{-1.0, 0.0, 0.0}, 0.0}};
   Picture picture = draw_one(*view, scene);
   EXPECT_EQ(seen_at(picture, eye_, {-0.006, 0.0, 0.01}), 'r');
   EXPECT_EQ(seen_at(picture, eye_, {0.006, 0.0, 0.01}), '.');
@@ -130,7 +131,7 @@ TEST_F(SceneTest, ClipPlanesCutVolumesAndNotThings) {
 }
 
 TEST_F(SceneTest, AnEyeInsideAVolumeSeesItsWallAround) {
-  // A hollow: 1 outside a ball of 20 mm, and the eye in its middle.
+  // A hollow: 1 outside a ball of 20 mm, with the eye in its middle.
   const auto hollow = still_volume(
       64, 1.0, [](glm::dvec3 x) { return std::clamp(glm::length(x) - 20.0 + 0.5, 0.0, 1.0); });
   RendererOptions options{kSceneSize, 1};
@@ -149,14 +150,14 @@ TEST_F(SceneTest, AnEyeInsideAVolumeSeesItsWallAround) {
       ASSERT_GT(depth, 0.0F);
       const double away_m =
           options.near_m / double(depth) * glm::length(ray_of(inside, kSceneSize, x, y));
-      // Half the light is gone within 0.2 mm of the surface; samples are 0.125 mm apart.
+      // Half the light is absorbed within 0.2 mm of the surface; samples are 0.125 mm apart.
       EXPECT_NEAR(away_m, 0.020, 0.0004) << x << ", " << y;
     }
 }
 
 TEST_F(SceneTest, LettersStandOnThePatientsSides) {
-  // One bright ball at the patient's left, written into LPS samples; seen from the front, where the
-  // patient's left is at the viewer's right.
+  // One bright ball on the patient's left, written into LPS samples; viewed from the front, so that
+  // the patient's left is on the viewer's right.
   Volume volume;
   volume.grid.size = glm::ivec3(64);
   volume.grid.spacing_mm = glm::dvec3(1.0);
@@ -180,21 +181,21 @@ TEST_F(SceneTest, LettersStandOnThePatientsSides) {
   constexpr double kHeight = 0.012;
   add_letters(scene.things, {}, data.low_m(), data.high_m(), eye_, kHeight, kGreen);
   const Picture picture = draw_one(*view, scene);
-  // The volume's +z is anterior, so the eye at +z stands before the patient.
+  // The volume's +z is anterior, so an eye at +z is in front of the patient.
   EXPECT_EQ(seen_at(picture, eye_, {0.020, 0.0, 0.007}), 'r');
   EXPECT_EQ(seen_at(picture, eye_, {-0.020, 0.0, 0.007}), '.');
-  // The letter beside the ball is an L and not mirrored: its stem at the left, its foot to the
+  // The letter beside the ball is an L and not mirrored: its stem is at the left, its foot at the
   // right.
   const glm::dvec3 l(0.032 + 1.1 * kHeight, 0.0, 0.0);
   EXPECT_EQ(seen_at(picture, eye_, l + kHeight * glm::dvec3(-0.26, 0.3, 0.0)), 'g');
   EXPECT_EQ(seen_at(picture, eye_, l + kHeight * glm::dvec3(0.2, -0.5, 0.0)), 'g');
   EXPECT_EQ(seen_at(picture, eye_, l + kHeight * glm::dvec3(0.2, 0.3, 0.0)), '.');
-  // Opposite it an R: its bowl at the upper right.
+  // Opposite it there is an R: its bowl is at the upper right.
   const glm::dvec3 r(-0.032 - 1.1 * kHeight, 0.0, 0.0);
   EXPECT_EQ(seen_at(picture, eye_, r + kHeight * glm::dvec3(-0.28, 0.0, 0.0)), 'g');
   EXPECT_EQ(seen_at(picture, eye_, r + kHeight * glm::dvec3(0.3, 0.25, 0.0)), 'g');
   EXPECT_EQ(seen_at(picture, eye_, r + kHeight * glm::dvec3(0.3, -0.1, 0.0)), '.');
-  // S above, and nothing of a volume where the background is.
+  // S above, and no volume where the background is.
   EXPECT_EQ(
       seen_at(picture, eye_,
               glm::dvec3(0.0, 0.032 + 1.1 * kHeight, 0.0) + kHeight * glm::dvec3(-0.28, 0.31, 0)),
@@ -202,7 +203,7 @@ TEST_F(SceneTest, LettersStandOnThePatientsSides) {
 }
 
 TEST_F(SceneTest, BothEyesTakeTheirSamplesAtTheSameDepths) {
-  // Two equal eyes see the same, bit by bit: nothing depends on which eye it is.
+  // Two equal eyes get the same picture, bit by bit: it does not depend on the eye's index.
   const auto heart = beating_heart();
   auto view = renderer({kSceneSize, 2});
   set(*view, {heart});
@@ -212,7 +213,7 @@ TEST_F(SceneTest, BothEyesTakeTheirSamplesAtTheSameDepths) {
   const std::vector<Picture> same = draw(*view, scene, {eye_, eye_}, kSceneSize);
   EXPECT_EQ(same[0].colours, same[1].colours);
   EXPECT_EQ(same[0].depths, same[1].depths);
-  // And alone an eye sees what it sees as one of two.
+  // An eye gets the same picture alone and as one of two.
   Eye left, right;
   split_eyes(eye_, 0.06, left, right);
   const std::vector<Picture> both = draw(*view, scene, {left, right}, kSceneSize);
@@ -236,9 +237,9 @@ TEST_F(SceneTest, WholeFramesStandStillUntilTheNextOne) {
 }
 
 TEST_F(SceneTest, ACarriedVolumeTakesThePlaceOfItsFrames) {
-  // The same renderer, first with frames of their own values, then with one that is carried: at the
-  // carried frame's own time nothing changes but what two readings smooth; at other times it moves,
-  // and from a frame's end to the next one's start nothing jumps.
+  // The same renderer, first with frames of their own values, then with a carried frame. At the
+  // carried frame's own time nothing changes except the smoothing of two interpolations; at other
+  // times the values move, and there is no jump between a frame's end and the next one's start.
   const auto own = beating_heart(), carried = carried_heart(false);
   auto view = renderer({kSceneSize, 1});
   set(*view, {own});
@@ -255,14 +256,15 @@ TEST_F(SceneTest, ACarriedVolumeTakesThePlaceOfItsFrames) {
   EXPECT_LT(psnr_db(before, at(0, 0.0)), 30.0);
   for (int frame = 0; frame < 4; ++frame)
     EXPECT_GT(psnr_db(at(frame, 0.9999), at((frame + 1) % 4, 0.0)), 48.0) << frame;
-  // Back at its own time it is as it was, whatever was shown in between.
+  // Back at its own time the picture is as before, whatever was drawn in between.
   EXPECT_GT(psnr_db(after, at(1, 0.0)), 60.0);
   scene.volumes[0].whole_frames = true;
   scene.volumes[0].pointer = {3, 0.5};
   EXPECT_GT(psnr_db(after, draw_one(*view, scene)), 40.0);
 }
 
-/// Two balls around the origin marked out in data that show nothing: red of 10 mm in blue of 20 mm.
+/// Two segments that are balls around the origin, in data that show nothing: red of 10 mm in blue
+/// of 20 mm.
 MovingVolume nested_segments() {
   MovingVolume volume = *still_volume(64, 1.0, [](glm::dvec3) { return 0.0; });
   const auto distance = [](double radius_mm) {
@@ -284,19 +286,20 @@ TEST_F(SceneTest, SegmentsAreSurfacesInTheirColours) {
   };
   const int middle = kSceneSize.width / 2;
   EXPECT_EQ(covered(draw_one(*view, scene), middle), 0.0);
-  // Through the middle a ray meets each surface twice, at a right angle.
+  // Through the middle a ray crosses each surface twice, at a right angle.
   scene.volumes[0].segment_opacity = 0.3;
   const Picture both = draw_one(*view, scene);
   EXPECT_NEAR(covered(both, middle), 1.0 - std::pow(0.7, 4.0), 0.015);
   EXPECT_EQ(seen_at(both, eye_, {0.0, 0.0165, 0.0}), 'b');
   EXPECT_EQ(seen_at(both, eye_, {0.0, 0.0215, 0.0}), '.');
-  // Opaque ones hide what is within; where the cut takes the outer one away, the inner one is seen.
+  // Opaque segments hide what is inside; where the cut removes the outer one, the inner one is
+  // visible.
   scene.volumes[0].segment_opacity = 0.99;
   EXPECT_EQ(seen_at(draw_one(*view, scene), eye_, {0.0, 0.0, 0.02}), 'b');
   scene.clips = {{{0.0, 0.0, -1.0}, -0.015}};  // keeps z < 15 mm
   const Picture cut = draw_one(*view, scene);
   EXPECT_EQ(seen_at(cut, eye_, {0.0, 0.0, 0.01}), 'r');
-  // A thing between the two surfaces is seen through the outer one.
+  // A shape between the two surfaces is visible through the outer one.
   scene.volumes[0].segment_opacity = 0.3;
   scene.clips.clear();
   add_sphere(scene.things, {0.0, 0.0, 0.014}, 0.002, kGreen);

@@ -5,9 +5,9 @@
 
 namespace palpate::test {
 
-/// What the hand reads at a place x (volume space, m) when the sequence stands at `at`:
-/// back-tracked by module/haptics, blended by equation (24), or carried by one motion for all
-/// times. The oracle of the picture. Not closed over a cycle.
+/// The value that the haptic loop reads at a place x (volume space, m) with the frame pointer `at`:
+/// back-tracked by module/haptics and blended by equation (24), or carried by one motion for all
+/// times. The oracle of the picture. Without the closing of cycles.
 inline double felt_value(const MovingVolume& volume, FramePointer at, glm::dvec3 x) {
   if (volume.whole) {
     SequenceSnapshot snapshot(*volume.whole, volume.whole->basis().at(at.frame, at.phase));

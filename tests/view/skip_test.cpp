@@ -1,4 +1,4 @@
-// Leaving out what can not be seen changes nothing that is seen.
+// Leaving out invisible samples does not change the picture.
 #include "module/scene/analytic_data.h"
 #include "tests/view/view_scenes.h"
 
@@ -44,7 +44,7 @@ TEST_F(SkipTest, ChangesNoPixelByMoreThanOneStep) {
   auto everywhere = renderer(all), skipping = renderer(skips);
   set(*everywhere, {heart});
   set(*skipping, {heart});
-  // The look, the phase and the eye change in turn, so that each has to be noticed.
+  // The look, the phase and the eye change one after the other, and the renderer must handle each.
   struct Case {
     Look look;
     FramePointer at;
@@ -73,7 +73,7 @@ TEST_F(SkipTest, OfACarriedHeartChangesNoPixelByMoreThanOneStepAtAnyTime) {
   auto everywhere = renderer(all), skipping = renderer({kSize, 1});
   set(*everywhere, {heart});
   set(*skipping, {heart});
-  // Times far apart follow each other.
+  // Consecutive pictures have very different times.
   for (const FramePointer at : {FramePointer{0, 0.5}, {2, 0.9}, {1, 0.0}, {3, 0.99}})
     for (const Look& look : {shell_look(), fog_look(), step_look(625.0)}) {
       ViewScene scene;
@@ -86,7 +86,7 @@ TEST_F(SkipTest, OfACarriedHeartChangesNoPixelByMoreThanOneStepAtAnyTime) {
     }
 }
 
-/// A block that moves, with one motion for all times; its border values reach in from outside.
+/// A block that moves, with one motion for all times; its border values extend outside.
 std::shared_ptr<const MovingVolume> shifted_block() {
   constexpr int kEdge = 96;
   MovingVolume own =
@@ -105,8 +105,8 @@ std::shared_ptr<const MovingVolume> shifted_block() {
 }
 
 TEST_F(SkipTest, SeesTheBorderThatMotionPullsIn) {
-  // What lies beyond the border is the border's value: nothing of it is left out where the border
-  // moves inwards by 30 voxels.
+  // Beyond the border the border's value continues: it must not be left out where the border moves
+  // inwards by 30 voxels.
   const auto block = shifted_block();
   RendererOptions all{kSize, 1};
   all.skip_empty = false;
@@ -124,7 +124,7 @@ TEST_F(SkipTest, SeesTheBorderThatMotionPullsIn) {
 }
 
 TEST_F(SkipTest, ReadsNothingThatWasNotMade) {
-  // Here the least value is the most opaque: places that were never written would show.
+  // Here the smallest value is the most opaque: places that were never written would be visible.
   MovingVolume made;
   made.name = "molecule";
   made.times.times_s = {0.0};
@@ -157,8 +157,8 @@ TEST_F(SkipTest, TakesFewSamplesMoreThanAreNeededForTheWall) {
   RecordProperty("taken_per_needed",
                  std::to_string(double(found.samples_taken) / double(found.samples_needed)));
   EXPECT_GT(found.samples_needed, 1000U);
-  // Measured 2.15: so opaque a wall needs two segments, which have three ends, and one segment more
-  // is taken in the cell before it.
+  // Measured 2.15: such an opaque wall needs two segments, which have three ends, and one segment
+  // more is sampled in the cell before it.
   EXPECT_LT(double(found.samples_taken), 2.4 * double(found.samples_needed));
 }
 

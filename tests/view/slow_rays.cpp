@@ -10,7 +10,7 @@
 namespace palpate::test {
 namespace {
 
-/// Light that comes from a volume and light that comes through it.
+/// Light that a volume emits and the share of light that it transmits.
 struct Light {
   glm::dvec3 colour{0.0};
   double through = 1.0;
@@ -30,7 +30,7 @@ class SlowRay {
     return glm::all(glm::greaterThan(x, frame_.low_m())) &&
            glm::all(glm::lessThan(x, frame_.high_m()));
   }
-  /// Slope of the values as they are seen, per mm of the volume's own space (not enlarged).
+  /// Slope of the values as they are shown, per mm of volume space (not enlarged).
   glm::dvec3 slope(glm::dvec3 world) const {
     const double h = 0.5 * frame_.detail_m() * volume_.world_from_volume.scale.x;
     glm::dvec3 slope;
@@ -42,7 +42,8 @@ class SlowRay {
     }
     return slope;
   }
-  /// How bright a place is, and the highlight on it, for its slope and the way to the eye.
+  /// The brightness of a place, and the highlight on it, from its slope and the direction to the
+  /// eye.
   void lit(glm::dvec3 slope, glm::dvec3 to_eye, double& light, double& shine) const {
     const Look& look = volume_.look;
     const double steep = glm::length(slope);
@@ -71,7 +72,7 @@ class SlowRay {
       if (!(seen.extinction_per_mm > 0.0)) continue;
       double bright = 1.0, shine = 0.0;
       lit(slope(at), -way, bright, shine);
-      // Of an enlarged volume a millimetre is a millimetre of its own.
+      // In an enlarged volume a millimetre is one of the volume's own space.
       const double mm = 1e3 * step_m / volume_.world_from_volume.scale.x;
       const double passes = std::exp(-seen.extinction_per_mm * mm);
       light.colour += light.through * (1.0 - passes) * (seen.colour * bright + shine);
@@ -114,7 +115,8 @@ Picture slow_picture(const ViewScene& scene, const Eye& eye, PictureSize size,
     for (int y = begin; y < end; ++y)
       for (int x = 0; x < size.width; ++x) {
         const glm::dvec3 way = ray_of(eye, size, x, y);
-        const double stretch = glm::length(way);  // depth is along the eye's axis
+        // Depth is along the eye's axis.
+        const double stretch = glm::length(way);
         const Light light = ray.follow(
             eye.position_m, way / stretch, std::max(near_m * stretch, apart - 0.5 * reach),
             apart + 0.5 * reach, frame.detail_m() * scale / steps_per_voxel, scene.clips);

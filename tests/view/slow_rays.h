@@ -5,13 +5,13 @@
 namespace palpate::test {
 
 /// The oracle of the picture: the emission and absorption integral of one volume along every
-/// pixel's ray in double precision, with values as the hand reads them (tests/view/shown_value.h),
-/// nothing skipped, no tables, many small steps, lit by its own central differences. Without
-/// things. `steps_per_voxel` along the ray. All cores.
+/// pixel's ray in double precision, with the values that the haptic loop reads
+/// (tests/view/shown_value.h), nothing skipped, no tables, many small steps, lit by its own central
+/// differences. Without shapes. `steps_per_voxel` along the ray. Uses all cores.
 Picture slow_picture(const ViewScene& scene, const Eye& eye, PictureSize size,
                      double steps_per_voxel, double near_m);
 
-/// How alike two pictures are, dB of the colours' 8 bits: infinite if they are the same.
+/// The similarity of two pictures, dB of the colours' 8 bits: infinite if they are equal.
 double psnr_db(const Picture& a, const Picture& b);
 
 }  // namespace palpate::test

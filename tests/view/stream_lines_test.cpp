@@ -1,4 +1,4 @@
-// Stream tubes of data that move: carried as the material is.
+// Stream tubes of moving data: they are carried with the material.
 #include <gtest/gtest.h>
 
 #include "module/scene/make_volume.h"
@@ -14,7 +14,8 @@ Grid cube(int n, double spacing_mm) {
   return grid;
 }
 
-/// Straight streams along L, two frames, the first carried 4 mm along S by the second.
+/// Straight streams along L, in two frames; the material of the first moves 4 mm along S to the
+/// second.
 MovingVolume stream_that_rises() {
   const Grid grid = cube(12, 2.0);
   MovingVolume volume;
@@ -42,7 +43,7 @@ TEST(StreamLines, AreCarriedByTheMotionOfTheMaterial) {
   ASSERT_EQ(start.size(), later.size());
   const glm::dvec3 risen(0.0, 0.75 * 0.004, 0.0);  // S is up
   for (size_t k = 0; k < start.size(); ++k) {
-    // Fields are kept as floats: 4 mm to 5e-10 m.
+    // Fields are stored as floats: 4 mm to 5e-10 m.
     EXPECT_LT(glm::distance(later[k].from, start[k].from + risen), 1e-9);
     EXPECT_LT(glm::distance(later[k].to, start[k].to + risen), 1e-9);
     EXPECT_LT(std::abs(start[k].to.y - start[k].from.y), 1e-12) << "streams run along L";

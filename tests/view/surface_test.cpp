@@ -1,4 +1,5 @@
-// What is seen is what is felt: the drawn surface of the beating heart against what the hand reads.
+// The drawn surface is the felt one: the beating heart's surface compared with the values of the
+// haptic loop.
 #include <algorithm>
 
 #include "tests/view/shown_value.h"
@@ -8,10 +9,11 @@ namespace palpate::test {
 namespace {
 
 constexpr PictureSize kSurfaceSize{40, 40};
-constexpr double kLevel = 625.0;  // where the hand's wall is half as strong as it gets
+// Where the hand's wall has half of its largest strength.
+constexpr double kLevel = 625.0;
 constexpr double kVoxelM = 1e-3;
 
-/// Where along a ray what the hand feels crosses the level first, m; 0 if nowhere.
+/// The first place along a ray where the felt value crosses the iso-value, m; 0 if there is none.
 double felt_depth(const MovingVolume& heart, FramePointer at, glm::dvec3 from, glm::dvec3 way,
                   double near, double far) {
   const auto above = [&](double t) { return felt_value(heart, at, from + t * way) >= kLevel; };
@@ -30,8 +32,8 @@ class SurfaceTest : public ViewTest {};
 TEST_F(SurfaceTest, OfTheBeatingHeartIsSeenWhereItIsFeltAtEveryPhase) {
   for (const auto& heart : {beating_heart(), carried_heart(false), carried_heart(true)}) {
     RendererOptions options{kSurfaceSize, 1};
-    // The picture's lattice of samples is a voxel wide; a fine one shows where the surface itself
-    // is.
+    // The picture's lattice of samples is a voxel wide; a fine one shows the place of the surface
+    // itself.
     options.samples_per_voxel = 32.0;
     auto view = renderer(options);
     set(*view, {heart});
@@ -48,12 +50,13 @@ TEST_F(SurfaceTest, OfTheBeatingHeartIsSeenWhereItIsFeltAtEveryPhase) {
           const float seen = picture.depths[size_t(y * kSurfaceSize.width + x)];
           const glm::dvec3 way = ray_of(eye, kSurfaceSize, x, y);
           const double felt = felt_depth(*heart, at, eye.position_m, way, 0.12, 0.2);
-          // At the rim a ray grazes, and depth says nothing of where the surface is.
+          // At the rim a ray is tangential, and the depth does not give the place of the surface.
           if (felt == 0.0 || seen == 0.0F) continue;
           const glm::dvec3 place = eye.position_m + felt * way;
           const double facing = std::abs(glm::dot(glm::normalize(place), glm::normalize(way)));
           if (facing < 0.4) continue;
-          // Half of the light is gone this far behind the surface, at the extinction of step_look.
+          // Half of the light is absorbed at this distance behind the surface, with the extinction
+          // of step_look.
           const double half_light_m = 1e-3 * std::log(2.0) / -std::log(1.0 - 0.999);
           const double seen_m = options.near_m / double(seen) * glm::length(way) - half_light_m;
           off.push_back((seen_m - felt * glm::length(way)) * facing / kVoxelM);
@@ -63,7 +66,7 @@ TEST_F(SurfaceTest, OfTheBeatingHeartIsSeenWhereItIsFeltAtEveryPhase) {
       for (const double d : off)
         mean += d / double(off.size()), worst = std::max(worst, std::abs(d));
       RecordProperty("worst_voxels", std::to_string(worst));
-      // Issue: at most 0.1 voxels. The lattice of samples adds up to 1/32.
+      // Required: at most 0.1 voxel. The lattice of samples adds up to 1/32.
       EXPECT_LT(worst, 0.1) << "frame " << at.frame << " phase " << at.phase
                             << (heart->whole ? ", carried" : "");
     }

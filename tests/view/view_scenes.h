@@ -14,8 +14,8 @@
 
 namespace palpate::test {
 
-/// A volume that does not move: size^3 samples of spacing_mm, centred on the origin, of a function
-/// of the place (volume space, mm).
+/// A still volume: size^3 samples of spacing_mm, centred on the origin, of a function of the place
+/// (volume space, mm).
 inline std::shared_ptr<const MovingVolume> still_volume(
     int size, double spacing_mm, const std::function<double(glm::dvec3)>& value) {
   Volume volume;
@@ -40,8 +40,8 @@ inline std::shared_ptr<const MovingVolume> beating_heart() {
   return heart;
 }
 
-/// The motion of the shell over its frames, told from frame `reference`: curves between
-/// them, or (harmonics) their best first harmonic, which is another motion than the shell's own.
+/// The motion of the shell over its frames, from frame `reference`: curves between them, or
+/// (harmonics) their best first harmonic, which differs from the shell's own motion.
 inline SequenceMotion shell_motion(const Grid& grid, const FrameTimes& times, size_t reference,
                                    bool harmonics) {
   const auto frames = int(times.times_s.size());
@@ -90,7 +90,7 @@ inline Look step_look(double level) {
   return look;
 }
 
-/// The depth along the eye's axis of a unit step, the direction of the ray of a pixel, world.
+/// The direction of a pixel's ray, world, with a unit step in depth along the eye's axis.
 inline glm::dvec3 ray_of(const Eye& eye, PictureSize size, int x, int y) {
   const double right = eye.tan_left + (x + 0.5) / size.width * (eye.tan_right - eye.tan_left);
   const double up = eye.tan_up - (y + 0.5) / size.height * (eye.tan_up - eye.tan_down);
@@ -105,7 +105,7 @@ class ViewTest : public DeviceTest {
     return made ? std::move(*made) : nullptr;
   }
 
-  /// Draws and reads back; fails the test with the renderer's own words.
+  /// Draws and reads back; fails the test with the renderer's error message.
   std::vector<Picture> draw(VolumeRenderer& renderer, const ViewScene& scene,
                             const std::vector<Eye>& eyes, PictureSize size) {
     std::vector<Picture> pictures;

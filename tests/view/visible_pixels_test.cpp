@@ -1,4 +1,4 @@
-// What the optics hide is not drawn, and nothing else changes.
+// Pixels hidden by the optics are not drawn, and nothing else changes.
 #include "module/view/visible_pixels.h"
 
 #include <random>
@@ -9,7 +9,7 @@ namespace palpate::test {
 namespace {
 
 bool inside(glm::dvec2 p, const glm::vec2* corner[3]) {
-  // On the same side of all three edges; the area has either sign.
+  // On the same side of all three edges; the area may have either sign.
   double low = 1e300, high = -1e300;
   for (int e = 0; e < 3; ++e) {
     const glm::dvec2 a = *corner[e], b = *corner[(e + 1) % 3];
@@ -26,7 +26,7 @@ struct Mesh {
   HiddenTriangles triangles() const { return {vertices, indices}; }
 };
 
-/// Whether a pixel's centre lies in a triangle, asked of every triangle.
+/// Whether a pixel's centre is in a triangle, tested for every triangle.
 bool covered(const Mesh& mesh, const Eye& eye, PictureSize size, int x, int y) {
   const glm::dvec2 centre(eye.tan_left + (x + 0.5) / size.width * (eye.tan_right - eye.tan_left),
                           eye.tan_up - (y + 0.5) / size.height * (eye.tan_up - eye.tan_down));
@@ -39,7 +39,7 @@ bool covered(const Mesh& mesh, const Eye& eye, PictureSize size, int x, int y) {
   return false;
 }
 
-/// One flag a pixel: it and all around it are covered.
+/// One flag per pixel: it and all its neighbours are covered.
 std::vector<bool> hidden_with_neighbours(const Mesh& mesh, const Eye& eye, PictureSize size) {
   std::vector<bool> alone, all;
   for (int y = 0; y < size.height; ++y)
@@ -91,7 +91,7 @@ TEST(VisiblePixels, AreThoseWhoseNeighboursAreNotAllInATriangle) {
 }
 
 TEST(VisiblePixels, LeaveNoGapBetweenTrianglesThatShareAnEdge) {
-  // A square all around, of two triangles whose common edge goes through pixel centres.
+  // A square all around, of two triangles whose common edge passes through pixel centres.
   const Mesh mesh{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}, {0, 1, 2, 0, 2, 3}};
   Eye eye;
   const PictureSize size{64, 64};
@@ -103,7 +103,7 @@ TEST(VisiblePixels, LeaveNoGapBetweenTrianglesThatShareAnEdge) {
 using SeenPixelsDrawn = ViewTest;
 
 TEST_F(SeenPixelsDrawn, ChangeNothingInsideAndCostNothingOutside) {
-  // Neither a multiple of the tile nor of a word.
+  // A multiple neither of the tile nor of a word.
   const PictureSize size{90, 71};
   RendererOptions options{size, 2};
   options.count_samples = true;
@@ -120,7 +120,7 @@ TEST_F(SeenPixelsDrawn, ChangeNothingInsideAndCostNothingOutside) {
   const auto whole = draw(*drawing, scene, eyes, size);
   const uint64_t all = drawing->statistics().samples_taken;
   ASSERT_GT(all, 10'000u);
-  // A slanted border, another one for each eye; then its opposite.
+  // A slanted border, different for each eye; then its opposite.
   auto one = std::make_shared<VisiblePixels>(), other = std::make_shared<VisiblePixels>();
   *one = visible_pixels(eyes, std::array{HiddenTriangles{}, HiddenTriangles{}}, size);
   *other = *one;
@@ -129,7 +129,7 @@ TEST_F(SeenPixelsDrawn, ChangeNothingInsideAndCostNothingOutside) {
   for (int e = 0; e < 2; ++e)
     for (int y = 0; y < size.height; ++y)
       for (int x = 0; x < size.width; ++x) {
-        ASSERT_TRUE(one->visible(e, x, y)) << "nothing is hidden yet";
+        ASSERT_TRUE(one->visible(e, x, y)) << "a pixel is hidden although there is no mask";
         auto& hides = is_one(e, x, y) ? *other : *one;
         hides.tiles[size_t(x / 8 + across * (y / 8 + down * e))] &=
             ~(uint64_t{1} << (x % 8 + 8 * (y % 8)));
@@ -153,9 +153,10 @@ TEST_F(SeenPixelsDrawn, ChangeNothingInsideAndCostNothingOutside) {
     }
   }
   EXPECT_EQ(sum, all) << "each ray is cast in one of the two pictures";
-  // Without it all is as it was.
+  // Without it the picture is as before.
   EXPECT_EQ(draw(*drawing, scene, eyes, size)[1].colours, whole[1].colours);
-  ASSERT_FALSE(drawing->start(scene, eyes, {80, 71}, one)) << "it is about another size";
+  ASSERT_FALSE(drawing->start(scene, eyes, {80, 71}, one))
+      << "a mask for another size was accepted";
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ TEST(Grid, IndexAndPhysicalSpaceAreInverse) {
   const Grid grid = oblique_grid();
   const glm::dvec3 index(3.25, -1.5, 6.0);
   const glm::dvec3 back = grid.index_from_lps(grid.lps_from_index(index));
-  // Some ten double roundings of coordinates of about 50 mm.
+  // About ten double roundings of coordinates of about 50 mm.
   EXPECT_LT(glm::length(back - index), 1e-12);
 }
 
@@ -44,7 +44,7 @@ TEST(Grid, OverlapsWhereACentreLiesInTheOtherBox) {
   for (int axis = 0; axis < 3; ++axis) {
     for (const double sign : {-1.0, 1.0}) {
       glm::dvec3 shift(0.0);
-      // The last centre lies n - 1 voxels away, the border of b half a voxel before its first one.
+      // The last centre is n - 1 voxels away, the border of b half a voxel before its first centre.
       shift[axis] = sign * (a.size[axis] - 0.6);
       EXPECT_TRUE(moved(shift)) << axis << sign;
       EXPECT_NEAR(gap_mm(a, b), 0.0, 1e-9);
@@ -61,8 +61,8 @@ TEST(Grid, OverlapAndGapKnowTurnedBoxes) {
   Grid a;
   a.size = {10, 10, 10};
   Grid b = a;
-  // Turned by 45 degrees about z, with an edge towards a: from the middle of b to that edge it is
-  // 10 / sqrt(2).
+  // Rotated by 45 degrees about z, with an edge towards a: the distance from the middle of b to
+  // that edge is 10 / sqrt(2).
   const double c = std::sqrt(0.5);
   b.direction = glm::dmat3(c, c, 0, -c, c, 0, 0, 0, 1);
   const auto put_middle_at = [&](glm::dvec3 lps_mm) {
@@ -75,7 +75,7 @@ TEST(Grid, OverlapAndGapKnowTurnedBoxes) {
   put_middle_at({9.5 + 10.0 * c - 1.0, 4.5, 4.5});
   EXPECT_TRUE(has_centre_inside(a, b));
   EXPECT_NEAR(gap_mm(a, b), 0.0, 1e-6);
-  // A plate between two planes of centres meets the volume, but no centre.
+  // A plate between two planes of centres intersects the volume, but contains no centre.
   b = a;
   b.size = {10, 10, 1};
   b.spacing_mm.z = 0.2;

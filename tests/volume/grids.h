@@ -17,7 +17,7 @@ inline glm::dmat3 some_rotation(uint32_t seed) {
   return glm::dmat3(a, b, glm::cross(a, b));
 }
 
-/// Odd sizes, three different spacings, an oblique direction: what real scanners write.
+/// Odd sizes, three different spacings, an oblique direction, as from real scanners.
 inline Grid oblique_grid() {
   Grid grid;
   grid.size = {13, 11, 7};

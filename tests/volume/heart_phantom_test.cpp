@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-/// Seeded draws that are the same with every standard library.
+/// Seeded random numbers that are equal with every standard library.
 class Random {
  public:
   explicit Random(uint32_t seed) : engine_(seed) {}
@@ -42,14 +42,14 @@ size_t voxels(const Mask& mask) {
   return size_t(std::count(mask.values.begin(), mask.values.end(), 1));
 }
 
-// Where the chambers lie in frame 0, LPS mm: the middle of the left ventricle and the direction
-// from its apex to its base, as the phantom places them.
+// The place of the chambers in frame 0, LPS mm: the middle of the left ventricle and the direction
+// from its apex to its base, as in the phantom.
 const glm::dvec3 kLeftMiddle(15.0, 0.0, -16.0);
 const glm::dvec3 kBase = glm::normalize(glm::dvec3(-0.62, 0.50, 0.60));
 /// From the left ventricle away from the right one.
 const glm::dvec3 kAwayFromRight = glm::normalize(glm::dvec3(0.54, 0.83, -0.13));
 
-/// Where the value along a ray first rises above (or falls below) the surface; < 0: nowhere.
+/// Where the value along a ray first rises above (or falls below) the iso-value; < 0: nowhere.
 double crossing(glm::dvec3 from, glm::dvec3 way, int frame, bool rising, double start = 0.0) {
   constexpr double kSurface = 350.0;
   for (double t = start; t < 60.0; t += 0.05)
@@ -78,7 +78,7 @@ TEST(HeartPoint, HasADeterminantWithinTheBoundsThatAreSaid) {
         }
   EXPECT_GT(least, 0.25);
   EXPECT_LT(most, 3.0);
-  // The bounds mean something: blood leaves and comes.
+  // The determinant must vary: blood leaves and comes.
   EXPECT_LT(least, 0.5);
   EXPECT_GT(most, 1.5);
 }
@@ -115,9 +115,8 @@ TEST(HeartValue, MovesWithTheMaterial) {
 }
 
 TEST(HeartValue, HasNoJumps) {
-  // The greatest step is from lung to veins, 1240 in 1.5 mm, at the steepest 1.5 times that, and
-  // stretched by up to 1.8; two edges may fall on each other. A jump would not shrink with the
-  // step.
+  // The largest step is from lung to veins, 1240 in 1.5 mm, at the steepest 1.5 times that, and
+  // stretched by up to 1.8; two edges may coincide. A jump would not shrink with the step.
   constexpr double kStep = 1e-5, kSlope = 2.0 * 1.5 * 1.8 * 1240.0 / 1.5;
   Random random(3);
   for (int draw = 0; draw < 400; ++draw) {
@@ -147,8 +146,8 @@ TEST(HeartValue, HasTheGradientThatIsGiven) {
       slope[a] = (heart_value(p + aside, frame) - heart_value(p - aside, frame)) / (2.0 * kStep);
     }
     steep += glm::length(slope) > 100.0;
-    // Curvature of edges is up to 1e4 per mm^2, over a step of 1e-5 mm. Where two shapes meet the
-    // value has a kink, which hardly any step straddles.
+    // The curvature of edges is up to 1e4 per mm^2, over a step of 1e-5 mm. Where two shapes meet
+    // the value has a kink, which only few steps contain.
     kinks += glm::distance(gradient, slope) > 0.5;
   }
   EXPECT_GT(steep, 200);
@@ -162,7 +161,7 @@ TEST(HeartAnatomy, HasAThickLeftWallThatThickensAndAThinRightOne) {
   const auto wall_mm = [&](int frame) {
     const glm::dvec3 middle = heart_point(kLeftMiddle, 0, frame);
     const double inner = crossing(middle, free_side, frame, true);
-    // It ends at the lung, or at fat on it.
+    // The wall ends at the lung, or at fat on it.
     double outer = inner + 2.0;
     for (double value = 500.0; value > 350.0 && value < 650.0; outer += 0.05)
       value = heart_value(middle + outer * free_side, frame);
@@ -172,7 +171,7 @@ TEST(HeartAnatomy, HasAThickLeftWallThatThickensAndAThinRightOne) {
   const double thickening = wall_mm(3) / wall_mm(0);
   EXPECT_GT(thickening, 1.15);
   EXPECT_LT(thickening, 1.6);
-  // The other way: septum, blood of the right ventricle, its free wall.
+  // In the other direction: septum, blood of the right ventricle, its free wall.
   const double septum = crossing(kLeftMiddle, -kAwayFromRight, 0, true);
   const double right_blood = crossing(kLeftMiddle, -kAwayFromRight, 0, false, septum);
   const double free_wall = crossing(kLeftMiddle, -kAwayFromRight, 0, true, right_blood);
@@ -185,7 +184,8 @@ TEST(HeartAnatomy, HasAThickLeftWallThatThickensAndAThinRightOne) {
 }
 
 TEST(HeartAnatomy, PumpsAndShortens) {
-  // The left ventricle's cavity, by how much the map squeezes what is blood in frame 0.
+  // The volume of the left ventricle's cavity: the blood of frame 0, scaled by the map's
+  // determinant.
   double filled = 0.0, emptied = 0.0;
   for (double x = -30.0; x <= 30.0; x += 1.5)
     for (double y = -30.0; y <= 30.0; y += 1.5)
@@ -204,8 +204,8 @@ TEST(HeartAnatomy, PumpsAndShortens) {
   const glm::dvec3 base = kLeftMiddle + 28.0 * kBase, apex = kLeftMiddle - 40.0 * kBase;
   const glm::dvec3 base_moves = heart_point(base, 0, 3) - base;
   EXPECT_LT(glm::dot(base_moves, kBase), -8.0) << "the base comes towards the apex";
-  EXPECT_LT(glm::length(heart_point(apex, 0, 3) - apex), 2.0) << "which stays";
-  // Twist: at the apex and at the base the wall turns about the long axis the other way.
+  EXPECT_LT(glm::length(heart_point(apex, 0, 3) - apex), 2.0) << "the apex must stay";
+  // Twist: at the apex and at the base the wall rotates about the long axis in opposite directions.
   const auto turns = [](double up) {
     const glm::dvec3 across = kAwayFromRight, p = kLeftMiddle + up * kBase + 20.0 * across;
     return glm::dot(heart_point(p, 0, 3) - p, glm::cross(kBase, across));
@@ -246,7 +246,7 @@ TEST(HeartPhantom, MuscleIsWhereTheMaskSays) {
           held += heart_value(grid.lps_from_index({i, j, k}), 0, 1, seed) > 470.0;
         }
     EXPECT_GT(deep, 1000);
-    // The openings of valves and the great vessels lead through muscle.
+    // The openings of valves and the great vessels pass through muscle.
     EXPECT_GT(held, 0.9 * deep);
   }
 }
@@ -266,7 +266,7 @@ TEST(HeartPhantom, WarpedByTheTruthShowsTheFixedFrame) {
         warped += std::abs(fixed - sample(beat.frames[2], grid.index_from_lps(at)));
         still += std::abs(fixed - double(beat.frames[2].at(i, j, k)));
       }
-  // What is left is interpolation of 1.5-voxel edges and 2-voxel texture.
+  // The remaining error is interpolation of 1.5-voxel edges and 2-voxel texture.
   EXPECT_LT(warped, 0.35 * still);
 }
 
@@ -279,7 +279,7 @@ TEST(HeartPhantom, NoiseHasTheAskedSdAndTheSeedDecides) {
     const double e = double(noisy.frames[0].values[n]) - double(clean.frames[0].values[n]);
     squares += e * e;
   }
-  // 2 % of 480; 32,768 draws: the SD of the SD is 0.04; five of these.
+  // 2 % of 480; 32,768 draws: the SD of the SD is 0.04; the limit is five of these.
   EXPECT_NEAR(std::sqrt(squares / double(count)), 9.6, 0.2);
   EXPECT_EQ(noisy.frames[1].values, heart_phantom(32, 2, 8, 0.02).frames[1].values);
   EXPECT_NE(noisy.frames[0].values, heart_phantom(32, 2, 9, 0.02).frames[0].values);

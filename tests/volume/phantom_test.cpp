@@ -50,8 +50,8 @@ TEST(ShellPoint, NeverFoldsAndIsStillFarAway) {
     double before = 0.0;
     for (double r = 0.25; r < 70.0; r += 0.25) {
       const double after = shell_point({r, 0.0, 0.0}, from, from + 1).x;
-      // The header's bound on b' keeps neighbours apart by at least 0.53 of their distance in each
-      // state.
+      // The header's bound on b' keeps neighbours at a distance of at least 0.53 of the original
+      // one in each state.
       ASSERT_GT(after - before, 0.5 * 0.25) << "frame " << from << ", radius " << r;
       before = after;
     }
@@ -99,8 +99,8 @@ TEST(ShellPhantom, WarpedByTheTruthShowsTheFixedFrame) {
         warped += std::abs(fixed - sample(beat.frames[1], grid.index_from_lps(at)));
         still += std::abs(fixed - double(beat.frames[1].at(i, j, k)));
       }
-  // What is left is interpolation of 1.5-voxel edges and 2-voxel texture; without the truth it is
-  // the motion.
+  // The remaining error is interpolation of 1.5-voxel edges and 2-voxel texture; without the truth
+  // it is the motion.
   EXPECT_LT(warped, 0.2 * still);
 }
 
@@ -123,7 +123,8 @@ TEST(ShellPhantom, NoiseHasTheAskedSdAndTheSeedDecides) {
     sum += e;
     squares += e * e;
   }
-  // 32,768 draws: the SD of the mean is 18 / 181 = 0.1 and of the SD 0.07; five of these.
+  // 32,768 draws: the SD of the mean is 18 / 181 = 0.1 and of the SD 0.07; the limit is five of
+  // these.
   EXPECT_NEAR(sum / double(count), 0.0, 0.5);
   EXPECT_NEAR(std::sqrt(squares / double(count)), 18.0, 0.35);
   EXPECT_EQ(noisy.frames[1].values, shell_phantom(32, 2, 8, 0.02).frames[1].values);
@@ -143,9 +144,9 @@ TEST(SlidingPhantom, MovesTheOrganAndLeavesTheWall) {
           ASSERT_EQ(pair.truth.u_mm[n], glm::vec3(0.0F, 0.0F, 10.0F));
           const bool off_the_side = pair.organ.values[n - 1] && pair.organ.values[n + 1] &&
                                     pair.organ.values[n - 48] && pair.organ.values[n + 48];
-          // A rigid move by whole voxels_in: the same texture at the same place of the organ. The
+          // A rigid motion by whole voxels: the same texture at the same place of the organ. The
           // scanner's blur mixes in the wall within 0.75 voxel of the side, and the wall does not
-          // move along.
+          // move.
           if (off_the_side) {
             ASSERT_FLOAT_EQ(pair.fixed.values[n], pair.moving.at(i, j, k + 10));
           }

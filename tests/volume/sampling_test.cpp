@@ -11,8 +11,8 @@ namespace {
 
 using test::oblique_grid;
 
-// Trilinear interpolation is exact for what is linear in space, up to float rounding of values of
-// about 100.
+// Trilinear interpolation is exact for a linear function of space, up to float rounding of values
+// of about 100.
 constexpr double kLinearTolerance = 1e-4;
 
 double linear(glm::dvec3 p) {
@@ -40,7 +40,7 @@ Field linear_field(const Grid& grid) {
   return field;
 }
 
-/// A finer grid inside `grid`, its axes turned by `turn`.
+/// A finer grid inside `grid`, with axes rotated by `turn`.
 Grid inner_grid(const Grid& grid, const glm::dmat3& turn) {
   Grid inner;
   inner.size = {9, 8, 5};

@@ -1,5 +1,5 @@
-// Distances to the borders of masks: exact ones against all pairs of samples, smooth ones against
-// shapes whose distance is known.
+// Distances to the borders of masks: exact ones compared with all pairs of samples, smooth ones
+// with shapes of known distance.
 #include "compute/volume/signed_distance.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-/// What a formula says is inside, at the samples' centres.
+/// The samples whose centres are inside by a formula.
 Mask mask_of(const Grid& grid, const std::function<bool(glm::dvec3 lps_mm)>& inside) {
   Mask mask{grid, std::vector<uint8_t>(grid.count())};
   for (int k = 0; k < grid.size.z; ++k)
@@ -52,7 +52,7 @@ TEST(ExactSignedDistance, IsThatToTheNearestBoxOfTheOtherKind) {
       for (int i = 0; i < grid.size.x; ++i) {
         const bool inside = mask.values[grid.offset(i, j, k)];
         double nearest = 1e300;
-        // Beyond the grid nothing counts.
+        // Samples beyond the grid are outside.
         for (int z = -1; z <= grid.size.z; ++z)
           for (int y = -1; y <= grid.size.y; ++y)
             for (int x = -1; x <= grid.size.x; ++x) {
@@ -72,7 +72,7 @@ TEST(ExactSignedDistance, OfNothingIsInfinitelyFarOutside) {
   for (const float d : distance.values) EXPECT_EQ(d, -std::numeric_limits<float>::infinity());
 }
 
-/// How a smooth distance fits the true one within `near_mm` of the border.
+/// The error of a smooth distance within `near_mm` of the border.
 struct Fit {
   double mean = 0.0, rms = 0.0, worst = 0.0;
 };
@@ -102,14 +102,15 @@ TEST(SignedDistance, OfABallLiesWhereTheBallEnds) {
   const Mask ball = mask_of(centred_grid({44, 44, 44}, glm::dvec3(1.0)),
                             [&](glm::dvec3 x) { return truth(x) > 0.0; });
   const Fit found = fit(signed_distance(ball), 1.0, truth);
-  // A Gaussian of 1.5 mm moves it in by 1.5^2 / 15 = 0.15 mm; half a voxel is what a label knows.
+  // A Gaussian of 1.5 mm moves it in by 1.5^2 / 15 = 0.15 mm; half a voxel is the resolution of a
+  // label.
   EXPECT_LT(std::abs(found.mean), 0.2);
   EXPECT_LT(found.rms, 0.2);
   EXPECT_LT(found.worst, 0.5);
 }
 
 TEST(SignedDistance, InterpolatesThickSlices) {
-  // As a short-axis MR has them: a cone, whose border moves by 3 mm from slice to slice of 6 mm.
+  // As in short-axis MR: a cone, whose border moves by 3 mm from slice to slice of 6 mm.
   const auto truth = [](glm::dvec3 x) {
     return (20.0 - 0.5 * x.z - std::hypot(x.x, x.y)) / std::hypot(1.0, 0.5);
   };
@@ -118,7 +119,8 @@ TEST(SignedDistance, InterpolatesThickSlices) {
   const Volume distance = signed_distance(cone);
   EXPECT_NEAR(distance.grid.spacing_mm.z, 1.0, 1e-9);
   const Fit found = fit(distance, 1.5, [&](glm::dvec3 x) {
-    return std::abs(x.z) < 15.0 ? truth(x) : 1e9;  // not at its ends
+    // Not at its ends.
+    return std::abs(x.z) < 15.0 ? truth(x) : 1e9;
   });
   EXPECT_LT(std::abs(found.mean), 0.2);
   EXPECT_LT(found.rms, 0.25);
@@ -126,7 +128,7 @@ TEST(SignedDistance, InterpolatesThickSlices) {
 
 TEST(SignedDistance, KeepsWallsThatAreThinnerThanItsGaussian) {
   for (const double half_mm : {0.5, 1.0, 2.0, 5.0}) {
-    // Oblique, so that the voxels make steps.
+    // Oblique, so that the voxels form steps.
     const glm::dvec3 across = glm::normalize(glm::dvec3(0.31, 1.0, 0.17));
     const auto truth = [&](glm::dvec3 x) { return half_mm - std::abs(glm::dot(across, x)); };
     const Mask sheet = mask_of(centred_grid({40, 40, 40}, glm::dvec3(1.0)), [&](glm::dvec3 x) {
@@ -146,7 +148,7 @@ TEST(SignedDistance, KeepsWallsThatAreThinnerThanItsGaussian) {
           sum += distance.at(i, j, k) - truth(x);
           ++count;
         }
-    // Sheets thinner than a voxel have holes in the label map itself.
+    // In sheets thinner than a voxel the label map itself has holes.
     if (half_mm >= 1.0) {
       EXPECT_GT(deepest, 0.2 * half_mm) << half_mm;
     }
@@ -171,7 +173,7 @@ TEST(SignedDistance, OfTwoPartsThatTouchHasOneSurfaceBetweenThem) {
         const glm::dvec3 at = outer.grid.index_from_lps(inner.grid.lps_from_index({i, j, k}));
         worst = std::max(worst, std::abs(d + sample(outer, at)));
       }
-  // One's depth is the other's height.
+  // The depth of one is the height of the other.
   EXPECT_LT(worst, 0.1);
 }
 

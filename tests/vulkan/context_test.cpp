@@ -39,7 +39,7 @@ TEST_F(VulkanContext, SaysWhatAPersonWantsToKnow) {
   const GpuInfo& info = context()->info();
   EXPECT_THAT(info.kind, ::testing::AnyOf("CPU", "discrete GPU", "integrated GPU", "virtual GPU"));
   EXPECT_EQ(context()->is_cpu(), info.kind == "CPU");
-  // What Vulkan demands of every device at least, and a plausible memory.
+  // The minimum that Vulkan requires of every device, and a plausible amount of memory.
   EXPECT_GE(info.binding_bytes, uint64_t(1) << 27);
   EXPECT_GE(info.memory_bytes, uint64_t(1) << 28);
   EXPECT_LE(context()->memory_budget_bytes(), info.memory_bytes);
@@ -77,7 +77,7 @@ TEST_F(VulkanContext, CountsMemoryAndRemembersThePeak) {
     EXPECT_GE(own->memory_peak_bytes(), with_one + (1U << 19));
     own->reset_memory_peak();
     EXPECT_EQ(own->memory_peak_bytes(), with_one);
-    // What the host gives is not the device's.
+    // Host-visible memory does not count as the device's.
     const Buffer of_the_host(own, 1 << 19, Buffer::Kind::kHostVisible);
     EXPECT_EQ(own->memory_used_bytes(), with_one);
   }

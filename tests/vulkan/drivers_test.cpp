@@ -1,7 +1,7 @@
-// The same work on other Vulkan drivers: SwiftShader, which Debian's package chromium brings, and
-// the lavapipe of Debian trixie, from the folder that tests/xr/monado_root.sh makes. A driver that
-// rounds, schedules and checks limits in its own way finds what one driver forgives. Skipped, and
-// said, where a driver is not there.
+// The same work on other Vulkan drivers: SwiftShader, which is in Debian's package chromium, and
+// the lavapipe of Debian trixie, from the folder that tests/xr/monado_root.sh makes. Another driver
+// rounds and schedules differently and has other limits, so it shows errors that one driver
+// tolerates. Skipped, with a message, if a driver is missing.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,14 +16,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Mean difference of fields from two drivers, voxels of the finest axis: a seventh of what either
-// misses the true motion by.
+// Mean difference of fields from two drivers, voxels of the finest axis: a seventh of the error of
+// either relative to the true motion.
 constexpr double kAlike_voxels = 0.02;
 
-/// How programs are started so that they use one driver and no other.
+/// How to start programs so that they use one driver only.
 struct Driver {
-  std::vector<std::string> start;  ///< what stands before the program's name
-  std::string why_not;             ///< what is missing; empty: it is there
+  /// The words before the program's name.
+  std::vector<std::string> start;
+  /// The missing parts; empty: none.
+  std::string why_not;
 };
 
 Driver own() {
@@ -37,7 +39,7 @@ Driver swiftshader() {
   return {{"env", "VK_DRIVER_FILES=" + manifest.string()}, {}};
 }
 
-/// Through the folder's own ld.so, since the driver needs a newer C library than this machine's.
+/// With the folder's own ld.so, because the driver needs a newer C library than this machine's.
 Driver newer_lavapipe(const fs::path& scratch) {
   const fs::path said = scratch / "root.txt", why = scratch / "why.txt";
   if (report::call_program({"bash", PALPATE_MONADO_SCRIPT}, said, why) != 0)
@@ -61,7 +63,7 @@ class OtherDriver : public ::testing::TestWithParam<const char*> {
     if (!driver_.why_not.empty()) GTEST_SKIP() << driver_.why_not;
   }
 
-  /// What the program said; the test fails if it did not end well.
+  /// The program's output; the test fails if its exit status is not 0.
   std::string run(const Driver& driver, const std::vector<std::string>& arguments) {
     std::vector<std::string> command = driver.start;
     command.insert(command.end(), arguments.begin(), arguments.end());
@@ -105,10 +107,10 @@ TEST_P(OtherDriver, GivesTheSameFieldOfTheLungPair) {
   EXPECT_LT(sum_mm / count, kAlike_voxels * voxel_mm);
 }
 
-// Against the oracles, and under the validation layers, which know what each driver promises.
-// SwiftShader stores fp16 numbers one step too far from zero even where they are fp16 numbers
-// already, and infinity as NaN, which marks a voxel outside the mask as well: no comparison lets
-// either pass. The one test that asks for the very bits is left out there.
+// Compared with the oracles, and with the validation layers, which check the limits of each driver.
+// SwiftShader stores fp16 numbers one step too far from zero even if they are exact fp16 numbers,
+// and infinity as NaN, which also marks a voxel outside the mask: no comparison depends on either.
+// The one test that requires equal bits is left out there.
 TEST_P(OtherDriver, PassesTheTestsOfTheMotionKernels) {
   const bool swift = GetParam() == std::string("SwiftShader");
   run(driver_,
@@ -117,7 +119,7 @@ TEST_P(OtherDriver, PassesTheTestsOfTheMotionKernels) {
              : "--gtest_filter=*"});
 }
 
-// 48 dB from lavapipe's pictures that a person has looked at.
+// Within 48 dB of lavapipe's pictures, which were inspected.
 TEST_P(OtherDriver, DrawsTheGoldenPictures) {
   run(driver_, {PALPATE_VIEW_TEST, "--gtest_brief=1", "--gtest_filter=GoldenTest.*"});
 }

@@ -8,7 +8,7 @@
 #include "tests/support/random.h"
 #include "tests/support/tolerances.h"
 
-/// The step that the documentation shows, against the same equation in double precision.
+/// The example step of the documentation, compared with the same equation in double precision.
 namespace palpate::test {
 namespace {
 
@@ -30,7 +30,8 @@ double expected(const oracle::Scalars& values, glm::dvec3 spacing_mm, glm::ivec3
 }
 
 TEST_F(GradientLength, IsThatOfTheOracle) {
-  const glm::ivec3 size{70, 5, 4};  // more than one work group along x
+  // More than one work group along x.
+  const glm::ivec3 size{70, 5, 4};
   const glm::dvec3 spacing_mm{0.7, 1.3, 2.5};
   const DeviceImage values =
       upload(context(), texels_of(random_scalars(size, 3, 0.0, 1.0)), Format::kR32);
@@ -63,15 +64,17 @@ TEST(KernelBindings, AreThoseOfTheShader) {
 
 TEST(KernelBindings, OfDamagedCodeAreRefused) {
   std::vector<uint32_t> code(std::begin(k_gradient_length), std::end(k_gradient_length));
-  code[5] = 0;  // an instruction without a length
+  // An instruction without a length.
+  code[5] = 0;
   EXPECT_THROW(vulkan::bindings_of(code), vulkan::Failure);
-  code[5] = 0xffff0000U;  // one that is longer than the code
+  // One that is longer than the code.
+  code[5] = 0xffff0000U;
   EXPECT_THROW(vulkan::bindings_of(code), vulkan::Failure);
 }
 
 TEST(KernelBindings, HaveNoGap) {
   std::vector<uint32_t> code(std::begin(k_gradient_length), std::end(k_gradient_length));
-  // OpDecorate, 4 words: variable, Binding (33), which.
+  // OpDecorate, 4 words: variable, Binding (33), number.
   const std::vector<uint32_t> binding_one = {33, 1};
   const auto at = std::search(code.begin(), code.end(), binding_one.begin(), binding_one.end());
   ASSERT_NE(at, code.end());

@@ -7,8 +7,8 @@
 #include "tests/support/random.h"
 #include "tests/support/tolerances.h"
 
-/// The recorder's promises, with a kernel whose result shows in which order things ran: blend with
-/// all cells flagged is a smoothing, and n of them in a row are n smoothings.
+/// The recorder's guarantees, with a kernel whose result depends on the order of execution: blend
+/// with all cells flagged is a smoothing, and n of them in a row are n smoothings.
 namespace palpate::test {
 namespace {
 
@@ -26,7 +26,7 @@ class VulkanRecorder : public DeviceTest {
     list = upload_bricks(context(), bricks);
   }
   void TearDown() override {
-    // Freed before the validation layers are asked what they saw.
+    // Freed before the messages of the validation layers are read.
     for (DeviceImage* image : {&flags, &a, &b}) *image = {};
     list = {};
     DeviceTest::TearDown();
@@ -84,10 +84,11 @@ TEST_F(VulkanRecorder, StartsWithoutWaiting) {
   smooth(recorder, a, b);
   recorder.start();
   recorder.wait();
-  recorder.wait();  // nothing to wait for: returns
+  // Nothing to wait for: returns.
+  recorder.wait();
   expect_equal(b, smoothed(1));
   recorder.start();
-  // Destroyed while it may still run: it waits.
+  // Destroyed while the work may still run: it waits.
 }
 
 TEST_F(VulkanRecorder, RunsIndependentWorkTogetherAndOrdersWhatFollows) {
@@ -131,7 +132,8 @@ TEST_F(VulkanRecorder, StampsTimesUnderTheirNamesInOrder) {
   EXPECT_LE(stamps[1].seconds, stamps[2].seconds);
 }
 
-/// The silence that every other test demands means something: a forgotten barrier is heard.
+/// The absence of messages, which every other test requires, is significant: a missing barrier is
+/// reported.
 TEST_F(VulkanRecorder, IsHeardByValidationWhenABarrierIsMissing) {
   vulkan::ContextOptions options;
   options.validation = true;

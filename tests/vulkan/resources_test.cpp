@@ -67,7 +67,7 @@ TEST_F(VulkanImage, HoldsAnyFormatAtAnySizeWithinItsRounding) {
       }
       const oracle::Texels back = download(context(), upload(context(), texels, format));
       EXPECT_EQ(back.values, as_stored(texels, format).values);
-      // The rounding itself: what the tests compare with must be near what was meant.
+      // The rounding itself: the values that tests compare with must be near the original ones.
       const double rounding = format == Format::kR8 ? 0.5 / 255.0 : kHalf;
       for (size_t i = 0; i < texels.values.size(); ++i)
         EXPECT_NEAR(back.values[i].x, texels.values[i].x, rounding);

@@ -1,4 +1,4 @@
-// Thousands of damaged scenes from a fixed seed: none may crash, hang or give an unsound answer.
+// Thousands of damaged scenes from a fixed seed: none may crash, hang or give an invalid result.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -63,7 +63,7 @@ TEST(X3dFuzz, ReaderHolds) {
       fuzz::parse_x3d_file(bytes);
       accepted += bool(parse_x3d("folder/fuzz.x3d", bytes));
     });
-    // Enough of them reach beyond the XML.
+    // Enough of them must pass the XML parser.
     EXPECT_GT(accepted, 100);
     EXPECT_LT(accepted, 3900);
   }

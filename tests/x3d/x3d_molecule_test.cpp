@@ -1,5 +1,5 @@
-// The paper's molecule, written in its own system's words, is the built-in molecule: the same
-// modes, strengths and transforms, and the same forces on the same path of the hand.
+// The paper's molecule, written with the nodes of its own system, is the built-in molecule: the
+// same modes, strengths and transforms, and the same forces on the same path of the hand.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -46,7 +46,7 @@ TEST(X3dMolecule, HasTheModesStrengthsAndTransformsOfTheBuiltInOne) {
   EXPECT_EQ(v.path, w.path);
 }
 
-/// The forces (N) on a hand that goes to and fro through the molecule on a knotted path.
+/// The forces (N) on a hand that moves back and forth through the molecule on a knotted path.
 std::vector<glm::dvec3> forces_on(const SceneSpec& spec) {
   const auto volume = build(spec.volumes[0]);
   EXPECT_TRUE(volume) << volume.error().message;
@@ -89,7 +89,7 @@ TEST(X3dMolecule, GivesTheForcesOfTheBuiltInOne) {
 }
 
 TEST(X3dMolecule, KeysGiveTheForcesOfTheTurnThatTheySay) {
-  // The molecule beside its middle, as a turn and as keys within a place of its own: from the
+  // The molecule beside its middle, as a rotation and as keys, within a place of its own: from the
   // first tick on the hand meets the same.
   SceneSpec turn = molecule_scene(), keys = turn;
   turn.volumes[0].drive.centre_m = {0.01, 0.0, 0.0};

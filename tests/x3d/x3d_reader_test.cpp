@@ -63,9 +63,9 @@ TEST(X3dReader, ReadsAVolumeAsABoxOfItsDimensions) {
   EXPECT_EQ(v.drive.kind, DriveSpec::Kind::kStill);
   EXPECT_THAT(scene.spec.modes, IsEmpty());
   EXPECT_THAT(scene.notes, IsEmpty());
-  // H3D's scenes have no root of their own.
+  // H3D's scenes have no root node of their own.
   EXPECT_TRUE(parse_x3d("scene.x3d", "<Group>" + kVolume + "</Group>"));
-  // What X3D says where nothing is written.
+  // The default of X3D.
   EXPECT_EQ(
       accepted("<VolumeData><ImageTexture3D url='a.nrrd'/></VolumeData>").spec.volumes[0].box_m,
       glm::dvec3(1.0));
@@ -110,8 +110,8 @@ TEST(X3dReader, PutsTransformsOneIntoTheOther) {
       "<Transform translation='1 0 0' rotation='0 0 1 1.5707963267948966' scale='2 2 2'>"
       "<Transform translation='0 1 0' center='0.5 0 0' rotation='0 0 1 3.141592653589793'>" +
       kVolume + "</Transform></Transform>");
-  // Inner: (0.1, 0, 0) turned half round (0.5, 0, 0) is (0.9, 0, 0), moved (0.9, 1, 0).
-  // Outer: twice as far, (1.8, 2, 0), a quarter turn, (-2, 1.8, 0), moved.
+  // Inner: (0.1, 0, 0) rotated by half a turn about (0.5, 0, 0) is (0.9, 0, 0), moved (0.9, 1, 0).
+  // Outer: scaled by two, (1.8, 2, 0), a quarter turn, (-2, 1.8, 0), moved.
   expect_near(place_of(scene.spec.volumes[0], 0.0, {0.1, 0.0, 0.0}), {-1.0, 1.8, 0.0});
   EXPECT_THAT(refusal("<Transform scale='1 2 1'><Transform rotation='0 0 1 0.5'>" + kVolume +
                       "</Transform></Transform>"),
@@ -141,7 +141,7 @@ TEST(X3dReader, FollowsRoutesFromASensorThroughInterpolators) {
   const VolumeSpec& v = scene.spec.volumes[0];
   EXPECT_EQ(v.drive.kind, DriveSpec::Kind::kKeys);
   EXPECT_EQ(v.path, PosePath::kExact);
-  // At each time: A moves; B turns about (0, 0.1, 0) and grows.
+  // At each time: A moves; B rotates about (0, 0.1, 0) and grows.
   const auto expected = [](double t, glm::dvec3 x) {
     const double share = t / 4.0 - std::floor(t / 4.0);
     const double along = 0.2 * (share < 0.5 ? 2.0 * share : 2.0 - 2.0 * share);
@@ -166,25 +166,25 @@ TEST(X3dReader, BendsPathsThroughSplines) {
   const auto x = [](const X3dScene& scene, double t) {
     return place_of(scene.spec.volumes[0], t).x;
   };
-  // With velocities of a parabola, x = s^2 and y = 3 s over one way from key to key.
+  // With velocities of a parabola, x = s^2 and y = 3 s from one key to the next.
   const X3dScene given = moved("key='0 1' keyValue='0 0 0 1 3 0' keyVelocity='0 3 0 2 3 0'");
   EXPECT_THAT(given.notes, IsEmpty());
-  // 32 straight pieces: a parabola of second derivative 2 is 2 / 8 / 32^2 away from them at most.
+  // 32 straight pieces: a parabola of second derivative 2 is at most 2 / 8 / 32^2 away from them.
   for (double t = 0.0; t < 1.0; t += 0.037) {
     EXPECT_NEAR(x(given, t), t * t, 2.5e-4);
     EXPECT_NEAR(place_of(given.spec.volumes[0], t).y, 3.0 * t, 1e-12);
   }
-  // Without: half of the way between the neighbours, 0 at the ends, or round where it is closed.
+  // Without velocities: half of the way between the neighbours; at the ends 0, or cyclic if closed.
   const X3dScene found = moved("key='0 0.5 1' keyValue='0 0 0 1 0 0 0 0 0'");
   EXPECT_NEAR(x(found, 0.25), 0.5, 1e-12);
   const X3dScene line = moved("key='0 0.25 0.5 1' keyValue='0 0 0 1 0 0 2 0 0 0 0 0'");
-  // At key 1: tangent (2 - 0) / 2; Hermite in the middle of the second way: (1 + 2) / 2 + (1 - m) /
-  // 8 with m, of key 2, (0 - 1) / 2 times 2 * 0.5 / 0.75.
+  // At key 1: tangent (2 - 0) / 2; Hermite in the middle of the second interval: (1 + 2) / 2 + (1 -
+  // m) / 8 with m, of key 2, (0 - 1) / 2 times 2 * 0.5 / 0.75.
   EXPECT_NEAR(x(line, 0.375), 1.5 + (1.0 + 2.0 / 3.0) / 8.0, 1e-12);
   const X3dScene round =
       moved("closed='true' key='0 0.25 0.5 0.75 1' keyValue='0 0 0 1 0 0 0 0 0 -1 0 0 0 0 0'");
   EXPECT_NEAR(x(round, 0.125), 0.5 + 1.0 / 8.0, 1e-12);
-  // At even speed velocities only say directions: as long as the whole way.
+  // At constant speed velocities only give directions, with the length of the whole way.
   const X3dScene even = moved(
       "normalizeVelocity='true' key='0 1' keyValue='0 0 0 1 0 0' "
       "keyVelocity='7 0 0 0.1 0 0'");
@@ -217,7 +217,7 @@ TEST(X3dReader, TakesAWholeTurnForTheDriveThatTurns) {
   expect_near(v.drive.axis, {0, 0, 1});
   expect_near(v.drive.centre_m, {0.1, 0.0, 1.0});
   expect_near(v.transform.translation_m, {0.0, 0.05, 1.0});
-  // Back and forth is not round.
+  // Back and forth is not a full turn.
   EXPECT_EQ(turning("", "0 0 1 0 0 0 1 1.5 0 0 1 0 0 0 1 -1.5 0 0 1 0").drive.kind,
             DriveSpec::Kind::kKeys);
 }
@@ -262,7 +262,7 @@ TEST(X3dReader, ReadsTheModesOfVhtkAndPalpate) {
   EXPECT_EQ(spec.max_force_n, 2.5);
   EXPECT_EQ(spec.world_from_device.scale, glm::dvec3(2.0));
   expect_near(spec.world_from_device.translation_m, {0.1, 0.0, 0.0});
-  // One volume of charges for both modes, and the one that is seen.
+  // One volume of charges for both modes, and the one that is drawn.
   ASSERT_EQ(spec.volumes.size(), 2U);
   EXPECT_EQ(spec.volumes[0].source, "charges");
   ASSERT_EQ(spec.volumes[0].charges.size(), 2U);
@@ -302,7 +302,7 @@ TEST(X3dReader, NamesWhatHasNoEffectOnce) {
 }
 
 TEST(X3dReader, NamesEveryNodeThatItLeavesOutWhereverItStands) {
-  // An unknown node in each place where a node can stand, by a name of its own.
+  // An unknown node with its own name at each place where a node is allowed.
   int number = 0;
   std::vector<std::string> names;
   const auto odd = [&] {
@@ -360,7 +360,7 @@ std::string with_style(const std::string& style) {
 }
 
 TEST(X3dReader, TakesColoursAndOpacitiesFromATransferFunction) {
-  // Clear black, half red, opaque green, quarter white; decimal and hexadecimal.
+  // Transparent black, half red, opaque green, quarter white; decimal and hexadecimal.
   const X3dScene scene = accepted(with_style(
       "<OpacityMapVolumeStyle><PixelTexture containerField='transferFunction' repeatS='false' "
       "image='4 1 4 0x00000000 0xFF000080, 16711935 0XFFFFFF40'/></OpacityMapVolumeStyle>"));
@@ -372,7 +372,7 @@ TEST(X3dReader, TakesColoursAndOpacitiesFromATransferFunction) {
                                          {0.875, {1, 1, 1}, 64.0 / 255.0}};
   EXPECT_EQ(seen.points, points);
   EXPECT_THAT(scene.notes, ElementsAre("Fields without effect here: PixelTexture.repeatS."));
-  // Fewer components: grey, grey with its opacity, colours without.
+  // Fewer components: grey, grey with opacity, colours without opacity.
   const auto one = [](const char* image) {
     return accepted(with_style("<OpacityMapVolumeStyle><PixelTexture image='" + std::string(image) +
                                "'/></OpacityMapVolumeStyle>"))
@@ -393,7 +393,7 @@ TEST(X3dReader, TakesTheFirstStyleThatSaysColoursAndNamesTheOthers) {
   EXPECT_EQ(composed.spec.volumes[0].appearance.points.size(), 2U);
   EXPECT_THAT(composed.notes, ElementsAre("Nodes without effect here: CartoonVolumeStyle, "
                                           "EdgeEnhancementVolumeStyle."));
-  // What is switched off, of two dimensions, in a file, or composed once more.
+  // Styles that are disabled, two-dimensional, in a file, or nested.
   for (const char* style :
        {"<OpacityMapVolumeStyle enabled='false'><PixelTexture image='1 1 1 9'/>"
         "</OpacityMapVolumeStyle>",
@@ -436,7 +436,7 @@ TEST(X3dReader, DrawsTubesWhereVhtkDraws) {
                           "Fields without effect here: StreamTubes.radius, StreamTubes.source."));
 }
 
-/// As the scenes for H3D have it: the size of a file that says nothing of itself.
+/// As in scenes for H3D: the scene gives the size of a file without a header.
 TEST(X3dReader, ReadsSamplesWithoutAHeader) {
   const X3dScene scene = accepted(
       "<VectorVolume url='flume.raw'><RawImageLoader width='40' height='20' depth='10' "
@@ -520,7 +520,7 @@ TEST(X3dReader, RefusesWhatCouldGrowWithoutBound) {
   EXPECT_THAT(refusal_of(deep), is_sentence("more than 64 deep"));
   for (int k = 0; k < 100'001; ++k) flat += "<a/>";
   EXPECT_THAT(refusal(flat), is_sentence("more than 100000 elements"));
-  // Ten times ten times ... of what is written once.
+  // Nested references: ten times ten times ... the same nodes.
   std::string bomb = "<Group DEF='g0'><Shape/></Group>";
   for (int k = 1; k < 12; ++k) {
     bomb += "<Group DEF='g" + std::to_string(k) + "'>";

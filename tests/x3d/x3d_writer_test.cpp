@@ -13,7 +13,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// A scene that uses all that X3D has words for.
+/// A scene that uses everything that X3D can express.
 SceneSpec sayable() {
   SceneSpec scene;
   scene.stiffness_n_per_m = 512.25;
@@ -160,7 +160,8 @@ TEST(X3dWriter, ComesBackAsItWasWritten) {
   const auto text = x3d_text(scene, "/data/scene.x3d");
   ASSERT_TRUE(text) << text.error().message;
   EXPECT_THAT(text->notes, IsEmpty());
-  EXPECT_THAT(text->text, HasSubstr("\"ct 1.nrrd\""));  // relative to the scene
+  // Relative to the scene.
+  EXPECT_THAT(text->text, HasSubstr("\"ct 1.nrrd\""));
   const auto back = parse_x3d("/data/scene.x3d", text->text);
   ASSERT_TRUE(back) << back.error().message << text->text;
   EXPECT_THAT(back->notes, IsEmpty());

@@ -1,4 +1,5 @@
-// Co-location on values: whatever the runtime does to its origins, the world stays on the device.
+// Co-location on values: whatever changes of origin the runtime makes, the world stays on the
+// device.
 
 #include "module/xr/colocation.h"
 
@@ -13,7 +14,7 @@ using xr::Colocation;
 using xr::Pose;
 using xr::Room;
 
-/// 0.01 mm is promised; here only rounding in double may show.
+/// 0.01 mm is the guarantee; here the only error is rounding in double.
 constexpr double kPlace = 1e-9;
 
 double apart(const Pose& a, const Pose& b, double reach_m = 1.0) {
@@ -23,11 +24,12 @@ double apart(const Pose& a, const Pose& b, double reach_m = 1.0) {
   return worst;
 }
 
-/// A room that never moves, with spaces in it that do.
+/// A room that never moves; spaces in it do.
 struct RoomModel {
   Pose room_from_stage, room_from_local, room_from_device, world_from_device;
 
-  /// How far the picture is off the device: the world of the colocation against the room's truth.
+  /// The distance of the picture from the device: the colocation's world compared with the true
+  /// pose.
   double off(const Colocation& colocation, Room base) const {
     const Pose& room_from_base = base == Room::kStage ? room_from_stage : room_from_local;
     const Pose world_from_room = world_from_device * inverse(room_from_device);
@@ -60,7 +62,7 @@ TEST(Colocation, StaysOnTheDeviceThroughRandomRecentring) {
       const int64_t at = time + int64_t(dice.draw(0, 5e7));
       colocation.change(stage ? Room::kStage : Room::kLocal, at, previous_from_new);
       Pose& moved = stage ? room.room_from_stage : room.room_from_local;
-      // Before its time the old origin counts.
+      // Before the time of the change the old origin is valid.
       colocation.advance(at - 1);
       ASSERT_LT(room.off(colocation, colocation.base()), kPlace) << "seed " << seed;
       moved = moved * previous_from_new;
@@ -73,7 +75,7 @@ TEST(Colocation, StaysOnTheDeviceThroughRandomRecentring) {
     const Pose& base =
         colocation.base() == Room::kStage ? room.room_from_stage : room.room_from_local;
     EXPECT_LT(apart(colocation.room_from_device(), inverse(base) * room.room_from_device), kPlace)
-        << "what would be stored, seed " << seed;
+        << "the pose that would be stored, seed " << seed;
   }
 }
 
@@ -100,7 +102,7 @@ TEST(Colocation, FindsTheStageAgainByTheLocalSpaceWhenTheRuntimeDoesNotSayHowItM
     colocation.change(Room::kStage, 10, std::nullopt);
     room.room_from_stage = room.room_from_stage * dice.pose(1);
     colocation.advance(10);
-    EXPECT_TRUE(colocation.doubtful()) << "until it is found";
+    EXPECT_TRUE(colocation.doubtful()) << "doubtful until the place is found";
     colocation.place_by(inverse(room.room_from_stage) * room.room_from_local);
     EXPECT_FALSE(colocation.doubtful());
     EXPECT_LT(room.off(colocation, Room::kStage), kPlace) << "seed " << seed;
@@ -127,7 +129,7 @@ TEST(Colocation, KeepsTheStageFromSessionToSessionAndDoubtsItAfterARestart) {
   RoomModel room = model(dice);
   Colocation colocation;
   keep(colocation, room);
-  // Announced, and in force before the next session begins.
+  // Announced, and valid before the next session begins.
   const Pose moved = dice.pose(1);
   colocation.change(Room::kStage, 1000, moved);
   room.room_from_stage = room.room_from_stage * moved;

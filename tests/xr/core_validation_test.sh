@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The OpenXR validation layer has nothing to say about the session tests, and does speak when there is something to say.
+# The OpenXR validation layer must report nothing for the session tests, and must report a wrong call.
 # usage: core_validation_test.sh MANIFEST SESSION_TEST WRONG_PROGRAM
 set -euo pipefail
 layer=XR_APILAYER_LUNARG_core_validation
@@ -18,8 +18,8 @@ if ! cat "$folder/wrong" "$folder"/said* 2>/dev/null | grep -q VUID; then
   exit 1
 fi
 rm -f "$folder"/said*
-# What is lost on purpose makes the layer complain about the loss itself; the rest must be silent.
-# The overlay's test is left out: this layer (1.0.20) takes no second structure in the chain of xrCreateSession.
+# For an intended loss the layer reports the loss itself; there must be no other message.
+# The overlay's test is left out: this layer (1.0.20) supports no second structure in the chain of xrCreateSession.
 "$2" --gtest_filter='XrSession.*:XrInput.*:XrLoss.Stops*:XrLoss.TakesUpASession*-XrSession.StandsAboveAnotherProgram*' >"$folder/right" 2>&1 || {
   cat "$folder/right"
   exit 1

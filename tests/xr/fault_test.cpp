@@ -1,6 +1,6 @@
-// Every OpenXR call of the module x every error that the specification lets it return x the first,
-// second and fifth time. One error passes: afterwards the session must be up and focused again,
-// then end as it should, with every handle destroyed and no call out of order.
+// Every OpenXR call of the module x every error that the specification allows for it x the first,
+// second and fifth time. One error occurs: afterwards the session must be up and focused again,
+// then end normally, with every handle destroyed and no call out of order.
 
 #include <openxr/openxr.h>
 
@@ -16,7 +16,7 @@ using xr::HeadsetState;
 using xr::Trouble;
 using Errors = std::vector<XrResult>;
 
-/// What any call about an instance may return.
+/// Errors of all calls with an instance.
 const Errors kOfInstance{XR_ERROR_VALIDATION_FAILURE, XR_ERROR_RUNTIME_FAILURE,
                          XR_ERROR_HANDLE_INVALID, XR_ERROR_INSTANCE_LOST};
 const Errors kOfSession{XR_ERROR_VALIDATION_FAILURE, XR_ERROR_RUNTIME_FAILURE,
@@ -33,7 +33,7 @@ struct Row {
   Errors errors;
 };
 
-/// The error codes are those of the specification's "Return Codes" of each function.
+/// The errors are those of the specification's "Return Codes" of each function.
 std::vector<Row> table() {
   const Errors system{XR_ERROR_SYSTEM_INVALID};
   const Errors small{XR_ERROR_SIZE_INSUFFICIENT};
@@ -140,7 +140,7 @@ std::vector<Row> table() {
 
 class XrFault : public XrTest {
  protected:
-  /// Drives a whole life: up to focus, ten frames with all that a frame can do, and the end.
+  /// A complete run: up to focus, ten frames with all calls of a frame, and the end.
   void live(const std::string& what) {
     GradientSource own;
     xr::Headset headset({}, own);
@@ -173,7 +173,7 @@ class XrFault : public XrTest {
   }
 };
 
-/// Calls that come only while there is no runtime or no device yet.
+/// Calls that are made only while there is no runtime or no device yet.
 bool is_early(const std::string& function) {
   return function == "xrEnumerateInstanceExtensionProperties" || function == "xrCreateInstance" ||
          function.find("Vulkan") != std::string::npos;
@@ -183,7 +183,7 @@ TEST_F(XrFault, EveryCallTimesEveryErrorTimesFirstAndLaterTime) {
   live("a life without errors");
   const std::map<std::string, int> usual = runtime().all_calls();
   int cases = 0;
-  // One program lives through all of it on one device; the early calls need a program of their own.
+  // One headset goes through all cases on one device; each early call needs a new headset.
   xr::Headset lasting({}, source);
   live(lasting, "the first of many");
   for (const Row& row : table()) {
@@ -200,7 +200,7 @@ TEST_F(XrFault, EveryCallTimesEveryErrorTimesFirstAndLaterTime) {
         else
           live(lasting, what);
         ++cases;
-        EXPECT_TRUE(runtime().injected_all()) << "it did not happen: " << what;
+        EXPECT_TRUE(runtime().injected_all()) << "the error was not injected: " << what;
         EXPECT_EQ(runtime().alive(), "") << what;
         EXPECT_THAT(runtime().violations(), ::testing::IsEmpty()) << what;
         if (HasFailure()) return;
@@ -215,7 +215,7 @@ TEST_F(XrFault, TableHasEveryCallThatTheModuleMakes) {
   live("a life without errors");
   std::set<std::string> known;
   for (const Row& row : table()) known.insert(row.function);
-  // The loader asks for addresses itself, by the dozen: they are the test after this one.
+  // The OpenXR loader itself calls it many times: the next test is about this function.
   for (const auto& [function, count] : runtime().all_calls()) {
     if (function == "xrGetInstanceProcAddr") continue;
     EXPECT_TRUE(known.count(function)) << function;
@@ -225,14 +225,14 @@ TEST_F(XrFault, TableHasEveryCallThatTheModuleMakes) {
 TEST_F(XrFault, ComesBackAfterAnExtensionsFunctionWasNotThere) {
   live("a life without errors");
   const int all = runtime().calls("xrGetInstanceProcAddr");
-  // The last is the loader's, for xrDestroyInstance; the nine before it are the module's own: four
-  // of Vulkan, the clock, the mask, three of hands.
+  // The last call is the loader's, for xrDestroyInstance; the nine before it are the module's: four
+  // for Vulkan, one each for the clock and the mask, three for hands.
   for (int nth = all - 9; nth < all; ++nth) {
     runtime().reset();
     runtime().inject("xrGetInstanceProcAddr", nth, XR_ERROR_FUNCTION_UNSUPPORTED);
     live("address " + std::to_string(nth));
     EXPECT_TRUE(runtime().injected_all());
-    EXPECT_GE(runtime().calls("xrCreateInstance"), 2) << "the first one could not be used";
+    EXPECT_GE(runtime().calls("xrCreateInstance"), 2) << "the first instance can not be used";
   }
 }
 

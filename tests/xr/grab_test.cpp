@@ -1,4 +1,4 @@
-// Grabbing on values: what is under a hand stays under it.
+// Grabbing on values: the point under a hand stays under it.
 
 #include "module/xr/grab.h"
 
@@ -33,7 +33,7 @@ Pose nudged(const Pose& pose, Dice& dice) {
           glm::normalize(dice.small_turn(0.1) * pose.rotation)};
 }
 
-// Sums of some hundred steps of double rounding, on lengths of a metre.
+// Sums of a few hundred steps with double rounding, on lengths of a metre.
 constexpr double kRounding = 1e-12;
 
 TEST(Grab, WithOneHandKeepsTheVolumeRigidInTheHand) {
@@ -73,7 +73,7 @@ TEST(Grab, WithTwoHandsKeepsWhatIsUnderEachHandUnderIt) {
     for (int i = 0; i < 300; ++i) {
       left = nudged(left, dice);
       right = nudged(right, dice);
-      // Far enough apart that the scale is theirs.
+      // Far enough apart that the hands set the scale.
       if (glm::distance(left.position_m, right.position_m) < 0.1)
         right.position_m = left.position_m + glm::dvec3(0.2, 0.0, 0.0);
       volume = grab.drag(volume, hands_at(left, right, true, true));
@@ -107,7 +107,7 @@ TEST(Grab, RollsByTheMeanOfBothHandsAboutTheLineBetweenThem) {
     const Pose left{{-0.2, 0, 0}, turned(0.02 * i)}, right{{0.2, 0, 0}, turned(0.06 * i)};
     volume = grab.drag(volume, hands_at(left, right, true, true));
   }
-  // Left has turned by 1 rad, right by 3: 2 on average.
+  // The left hand has turned by 1 rad, the right one by 3: 2 on average.
   EXPECT_LT(glm::length(volume.rotation - turned(2.0)), kRounding);
 }
 
@@ -129,8 +129,8 @@ TEST(Grab, NeverJumpsWhenHandsTakeHoldAndLetGo) {
       const Transform before = volume;
       const bool held = grab.holds();
       volume = grab.drag(volume, hands);
-      // The hands move by 18 mm and turn by 0.1 rad at most; what is half a metre away moves by
-      // what the turn and the scale of hands at least 30 mm apart make of that.
+      // Without a grip the volume must not move. The scale stays within its limits, and all stays
+      // finite.
       if (!held) {
         ASSERT_EQ(volume.translation_m, before.translation_m) << "seed " << seed;
       }
@@ -149,7 +149,7 @@ TEST(Grab, StaysFiniteWhenTheHandsMeet) {
     volume = grab.drag(volume, hands_at({{-half, 0, 0}}, {{half, 0, 0}}, true, true));
     EXPECT_TRUE(std::isfinite(volume.scale.x + volume.translation_m.x + volume.rotation.w));
   }
-  // Together and apart again below 30 mm is no scaling.
+  // Hands that meet and part again below 30 mm do not change the scale.
   EXPECT_NEAR(volume.scale.x, 0.5, kRounding);
 }
 
@@ -177,11 +177,11 @@ TEST(ClipPlane, LiesInTheFlatHandAndKeepsThePalmsSide) {
     const xr::CutPlane plane = xr::clip_plane(grip, hand);
     EXPECT_EQ(plane.point_m, grip.position_m);
     EXPECT_NEAR(glm::length(plane.normal), 1.0, kRounding);
-    // The grip's y and z axes lie in the hand.
+    // The plane contains the grip's y and z axes.
     EXPECT_NEAR(glm::dot(plane.normal, grip.rotation * glm::dvec3(0, 1, 0)), 0.0, kRounding);
     EXPECT_NEAR(glm::dot(plane.normal, grip.rotation * glm::dvec3(0, 0, 1)), 0.0, kRounding);
   }
-  // Palms face each other when both hands are held out: what is between them is kept.
+  // Palms face each other when both hands are held out: the side between them is kept.
   EXPECT_GT(xr::clip_plane({}, 0).normal.x, 0.0);
   EXPECT_LT(xr::clip_plane({}, 1).normal.x, 0.0);
 }
@@ -200,7 +200,7 @@ TEST(BroughtTo, PutsTheCentreThereWithItsFrontToTheViewer) {
     EXPECT_LT(glm::distance(front, glm::normalize(towards)), 1e-9) << seed;
     EXPECT_EQ(moved.scale, volume.scale);
     EXPECT_LT(glm::distance(moved.rotation * glm::dvec3(0, 1, 0), glm::dvec3(0, 1, 0)), kRounding)
-        << "upright, seed " << seed;
+        << "not upright, seed " << seed;
   }
 }
 

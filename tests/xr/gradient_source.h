@@ -8,7 +8,7 @@
 
 namespace palpate::test {
 
-/// Draws a picture that tells eye, column and row apart, and a depth that tells rows apart.
+/// Draws a picture that differs per eye, column and row, and a depth that differs per row.
 class GradientSource : public xr::PictureSource {
  public:
   Status use(const std::shared_ptr<vulkan::Context>& context) override;
@@ -22,10 +22,11 @@ class GradientSource : public xr::PictureSource {
     return eye ? 0.75F : 0.25F + float(y) * 0.001F;
   }
 
-  /// called with each frame; may throw Failure
+  /// Called with each frame; may throw Failure.
   std::function<void(const xr::HeadsetFrame&)> on_frame;
   bool with_color = true, with_depth = true;
-  bool refuse = false;  ///< use() fails
+  /// use() fails.
+  bool refuse = false;
   int uses = 0, drops = 0, frames = 0;
   std::optional<xr::HeadsetFrame> last;  ///< pointers in it are no longer valid
   xr::Hands hands;

@@ -1,4 +1,4 @@
-// Hands without controllers: fingertips, pinches, and what is lost.
+// Hands without controllers: fingertips, pinches, and lost hands.
 
 #include "module/xr/hand_tracking.h"
 
@@ -14,7 +14,8 @@ using xr::HeadsetState;
 
 constexpr float kRadius_m = 0.008F;
 
-/// A right hand whose forefinger is there, its thumb as far away as leaves this much air.
+/// A right hand with its forefinger at this place and its thumb at this distance (air between
+/// them).
 fake::FingerScript fingers_at(XrVector3f index, double gap_m) {
   return [=](XrTime) {
     const float apart = float(gap_m) + 2.0F * kRadius_m;
@@ -40,13 +41,13 @@ TEST(Pinch, BeginsWhereFingersTouchAndEndsOnlyWellApart) {
   xr::Pinch pinch;
   EXPECT_FALSE(pinch.step(0.010));
   EXPECT_TRUE(pinch.step(0.003));
-  EXPECT_TRUE(pinch.step(0.010)) << "a noisy tracker does not end it";
+  EXPECT_TRUE(pinch.step(0.010)) << "a noisy tracker must not end the pinch";
   EXPECT_TRUE(pinch.step(-0.002)) << "fingers that press are flatter than their radii";
   EXPECT_FALSE(pinch.step(0.015));
-  EXPECT_FALSE(pinch.step(0.010)) << "and does not begin it again";
+  EXPECT_FALSE(pinch.step(0.010)) << "nor begin it again";
   EXPECT_TRUE(pinch.step(0.0));
   EXPECT_FALSE(pinch.step(std::numeric_limits<double>::quiet_NaN()));
-  EXPECT_FALSE(pinch.step(0.010)) << "a hand that was lost has to pinch anew";
+  EXPECT_FALSE(pinch.step(0.010)) << "a hand that was lost must pinch again";
 }
 
 TEST_F(XrHandTracking, SeesTheFingertipAtTheTimeOfDisplay) {
@@ -61,7 +62,7 @@ TEST_F(XrHandTracking, SeesTheFingertipAtTheTimeOfDisplay) {
   const xr::Fingers& right = source.hands.fingers[1];
   ASSERT_TRUE(right.seen);
   const double seconds = double(runtime().last_frame().display_time) * 1e-9;
-  // Floats of a metre.
+  // Floats, about a metre.
   EXPECT_LT(glm::distance(right.fingertip_m, glm::dvec3(0.1, 1.2, -0.4 + 0.2 * seconds)), 1e-6);
   EXPECT_FALSE(right.pinches);
   EXPECT_FALSE(source.hands.fingers[0].seen);
@@ -131,7 +132,7 @@ TEST_F(XrHandTracking, IsDoneWithoutWhereRuntimeOrHeadsetHaveNone) {
   start();
   EXPECT_FALSE(headset_report().hand_tracking);
   EXPECT_EQ(headset_report().no_hand_tracking, "");
-  EXPECT_TRUE(source.hands.hand[1].active) << "controllers go on";
+  EXPECT_TRUE(source.hands.hand[1].active) << "controllers must still work";
 }
 
 TEST_F(XrHandTracking, ARuntimeThatRefusesIsNotAskedAgainAndAllElseGoesOn) {
@@ -139,7 +140,7 @@ TEST_F(XrHandTracking, ARuntimeThatRefusesIsNotAskedAgainAndAllElseGoesOn) {
   start();
   EXPECT_FALSE(headset_report().hand_tracking);
   EXPECT_EQ(headset_report().no_hand_tracking, "xrCreateHandTrackerEXT returned -8");
-  EXPECT_EQ(headset_report().sessions, 1u) << "the session is none the worse for it";
+  EXPECT_EQ(headset_report().sessions, 1u) << "the session must go on";
   EXPECT_EQ(runtime().calls("xrLocateHandJointsEXT"), 0);
   close();
   runtime().reset();
@@ -168,7 +169,7 @@ TEST_F(XrHandTracking, ALostSessionIsLostInTheseCallsToo) {
   pass(2.0);
   ASSERT_EQ(step_until(HeadsetState::kFocused), HeadsetState::kFocused);
   step();
-  EXPECT_TRUE(source.hands.fingers[1].pinches) << "and is there again with the next one";
+  EXPECT_TRUE(source.hands.fingers[1].pinches) << "the next session has it again";
   EXPECT_EQ(headset_report().sessions, 2u);
 }
 

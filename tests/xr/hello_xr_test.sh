@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Debian's own hello_xr must run on our runtime, so that the runtime is not only what our module expects of it.
+# Debian's own hello_xr must run on the tests' OpenXR runtime, so that the runtime does not only match palpate's own module.
 # usage: hello_xr_test.sh MANIFEST
 set -euo pipefail
 if ! command -v hello_xr >/dev/null; then
@@ -8,7 +8,7 @@ if ! command -v hello_xr >/dev/null; then
 fi
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-# It ends at the first key or the end of its input: a pipe that both stays open and says nothing.
+# It ends at the first key or the end of its input, so it gets a pipe that stays open without input.
 mkfifo "$folder/keys"
 export XR_RUNTIME_JSON=$1 PALPATE_FAKE_XR_FRAMES=60 PALPATE_FAKE_XR_REPORT=$folder/report
 rc=0
@@ -21,7 +21,7 @@ fi
 cat "$folder/report"
 grep -qx "frames 60" "$folder/report"
 grep -qx "violations 0" "$folder/report"
-# The session went all the way up and down again.
+# The session went through all states, up and down.
 for state in READY SYNCHRONIZED VISIBLE FOCUSED STOPPING IDLE EXITING; do
   grep -q -- "->XR_SESSION_STATE_$state" "$folder/log"
 done

@@ -1,4 +1,4 @@
-// Hands: what controllers of every kind do, and what happens without focus.
+// Hands with controllers of every kind, and without focus.
 
 #include <map>
 
@@ -36,7 +36,7 @@ TEST_F(XrInput, LocatesHandsAtTheTimeOfDisplay) {
   const xr::Controller& right = source.hands.hand[1];
   ASSERT_TRUE(right.active);
   EXPECT_TRUE(source.hands.focused);
-  // Floats of a metre.
+  // Floats, about a metre.
   EXPECT_NEAR(right.world_from_grip.position_m.z, -0.4 + 0.5 * double(time) * 1e-9, 1e-6);
   EXPECT_NEAR(right.velocity_m_per_s.z, 0.5, 1e-3);
   ASSERT_TRUE(right.world_from_aim);
@@ -51,7 +51,8 @@ TEST_F(XrInput, KnowsThatAControllerIsAway) {
   EXPECT_FALSE(source.hands.hand[0].active);
   EXPECT_TRUE(source.hands.hand[1].active);
   EXPECT_EQ(source.hands.hand[0].profile, "");
-  EXPECT_FALSE(after("left/input/select/click", 1).hand[0].grabs) << "nobody is there to grab";
+  EXPECT_FALSE(after("left/input/select/click", 1).hand[0].grabs)
+      << "there is no controller that could grab";
 }
 
 struct Case {
@@ -149,7 +150,7 @@ TEST_F(XrInput, IsAtRestWithoutFocus) {
   const int synced = runtime().calls("xrSyncActions");
   step();
   EXPECT_EQ(headset_report().state, HeadsetState::kVisible);
-  EXPECT_EQ(runtime().last_frame().layers, 1u) << "still seen";
+  EXPECT_EQ(runtime().last_frame().layers, 1u) << "still shown";
   EXPECT_FALSE(source.hands.focused);
   EXPECT_FALSE(source.hands.hand[0].grabs);
   EXPECT_FALSE(source.hands.hand[1].dead_man);
@@ -160,7 +161,8 @@ TEST_F(XrInput, IsAtRestWithoutFocus) {
   step();
   EXPECT_TRUE(source.hands.hand[0].grabs);
   EXPECT_TRUE(xr::dead_man_held(headset_report().hands));
-  // Nothing is drawn, or everything is lost: the source hears nothing more, the report does.
+  // Without a picture, or without a session, the source gets no more frames; the report still shows
+  // the hands.
   runtime().setup().should_render = false;
   step();
   EXPECT_TRUE(xr::dead_man_held(headset_report().hands));
@@ -197,7 +199,7 @@ TEST_F(XrInput, VibratesForTwoFramesAndStopsOnce) {
   runtime().announce(XR_SESSION_STATE_VISIBLE);
   step();
   h.vibrate(1, 1.0);
-  EXPECT_EQ(runtime().haptics().size(), 2u) << "not without focus";
+  EXPECT_EQ(runtime().haptics().size(), 2u) << "vibrates without focus";
 }
 
 TEST_F(XrInput, DoesWithoutAKindOfControllerThatTheRuntimeDoesNotKnow) {

@@ -1,4 +1,4 @@
-// What is lost comes back, and what never was there is said in a sentence.
+// What is lost comes back; what is missing from the start is reported in a sentence.
 
 #include <cstdlib>
 #include <fstream>
@@ -15,7 +15,7 @@ using xr::Trouble;
 
 class XrLoss : public XrTest {
  protected:
-  /// Until focus, with a second between steps so that everything is asked again.
+  /// Until focus, with a second per step, so that every retry is made.
   HeadsetState recover(int steps = 60) {
     for (int i = 0; i < steps && headset_report().state != HeadsetState::kFocused; ++i) {
       step();
@@ -35,7 +35,7 @@ TEST_F(XrLoss, WaitsForAHeadsetThatIsOffAndSaysSoOnce) {
     pass(0.5);
     EXPECT_EQ(step().sentence, "");
   }
-  EXPECT_GE(runtime().calls("xrGetSystem"), 10) << "asked each second";
+  EXPECT_GE(runtime().calls("xrGetSystem"), 10) << "must be polled each second";
   EXPECT_LE(runtime().calls("xrGetSystem"), 12);
   EXPECT_EQ(runtime().calls("xrCreateInstance"), 1);
   runtime().setup().headset_on = true;
@@ -75,7 +75,7 @@ TEST_F(XrLoss, SaysWhichExtensionIsMissing) {
   EXPECT_EQ(step().state, HeadsetState::kWaiting);
   EXPECT_EQ(headset_report().problem.trouble, Trouble::kUnsupported);
   EXPECT_THAT(headset_report().sentence, HasSubstr("XR_KHR_vulkan_enable2"));
-  // Asked again, and again: the loader remembers what it was told until a try has failed.
+  // Retried several times: the loader keeps its answer until a try has failed.
   runtime().reset();
   for (int i = 0; i < 3; ++i) {
     pass(6.0);
@@ -103,8 +103,8 @@ TEST_F(XrLoss, TakesUpASessionThatTheRuntimeTookAway) {
   EXPECT_EQ(recover(), HeadsetState::kFocused);
   EXPECT_NE(runtime().session(), first);
   EXPECT_EQ(headset_report().sessions, 2u);
-  EXPECT_EQ(runtime().calls("xrCreateInstance"), 1) << "the runtime stayed";
-  EXPECT_EQ(source.uses, 1) << "the device stayed, and all that was loaded onto it";
+  EXPECT_EQ(runtime().calls("xrCreateInstance"), 1) << "the runtime must stay";
+  EXPECT_EQ(source.uses, 1) << "the device must stay, with all that was loaded onto it";
 
   runtime().lose_session();
   step();
@@ -126,7 +126,7 @@ TEST_F(XrLoss, TakesUpARuntimeThatWentAway) {
   runtime().setup().runtime_up = true;
   pass(1.0);
   EXPECT_EQ(recover(), HeadsetState::kFocused);
-  EXPECT_EQ(source.uses, 1) << "the same GPU draws: the device stayed";
+  EXPECT_EQ(source.uses, 1) << "the same GPU draws: the device must stay";
   const int drawn = source.frames;
   step();
   EXPECT_EQ(source.frames, drawn + 1);
@@ -172,12 +172,12 @@ TEST_F(XrLoss, EndsWhenThePersonEndsTheSession) {
   for (const XrSessionState state :
        {XR_SESSION_STATE_VISIBLE, XR_SESSION_STATE_SYNCHRONIZED, XR_SESSION_STATE_STOPPING})
     runtime().announce(state);
-  EXPECT_EQ(step().state, HeadsetState::kIdle) << "stopped: it may go on later";
+  EXPECT_EQ(step().state, HeadsetState::kIdle) << "stopped, but it may start again";
   runtime().announce(XR_SESSION_STATE_EXITING);
   EXPECT_EQ(step().state, HeadsetState::kEnded);
   EXPECT_EQ(runtime().alive(), "");
   pass(100.0);
-  EXPECT_EQ(step().state, HeadsetState::kEnded) << "not started again by itself";
+  EXPECT_EQ(step().state, HeadsetState::kEnded) << "must not start again by itself";
   h.look_again();
   EXPECT_EQ(recover(), HeadsetState::kFocused);
 }
@@ -251,7 +251,7 @@ XrPosef posef(const xr::Pose& pose) {
 }
 
 TEST_F(XrLoss, KeepsThePictureOnTheDeviceThroughRecentringAndNewSessions) {
-  // The truth: where the device is in a room that never moves. Promised: 0.01 mm.
+  // The true place of the device in a room that never moves. Guaranteed: 0.01 mm.
   Dice dice(7);
   const auto pose_of = [](const XrPosef& p) {
     return xr::Pose{{p.position.x, p.position.y, p.position.z},
@@ -279,7 +279,7 @@ TEST_F(XrLoss, KeepsThePictureOnTheDeviceThroughRecentringAndNewSessions) {
       const XrTime time = runtime().last_frame().display_time;
       xr::Pose room_from_eye = pose_of(runtime().room_from(XR_REFERENCE_SPACE_TYPE_VIEW, time));
       room_from_eye.position_m = room_from_eye(glm::dvec3(-0.0315, 0, 0));
-      // Where a point of the device is seen: an arm's length from the eye.
+      // The place of a point of the device relative to the eye, at an arm's length.
       const glm::dvec3 device = room_from_device.position_m;
       const glm::dvec3 truth = inverse(room_from_eye)(device);
       const glm::dvec3 seen = inverse(source.last->eyes[0].world_from_eye)(world_from_room(device));
@@ -289,7 +289,8 @@ TEST_F(XrLoss, KeepsThePictureOnTheDeviceThroughRecentringAndNewSessions) {
     for (int i = 0; i < 40; ++i) {
       const auto space =
           dice.chance(0.5) ? XR_REFERENCE_SPACE_TYPE_STAGE : XR_REFERENCE_SPACE_TYPE_LOCAL;
-      // A person turns about and steps aside; the runtime tells how, or (not of both) does not.
+      // The user turns and steps aside. The runtime's event has the pose of the change, or (for one
+      // of the two spaces) has none.
       const xr::Pose moved{dice.vector(1.0), glm::angleAxis(dice.draw(-3, 3), glm::dvec3(0, 1, 0))};
       runtime().recentre(space, runtime().now() + XrTime(dice.draw(0, 5e7)), posef(moved),
                          dice.chance(0.7));
@@ -305,7 +306,7 @@ TEST_F(XrLoss, KeepsThePictureOnTheDeviceThroughRecentringAndNewSessions) {
     runtime().lose_instance();
     step();
     recover();
-    EXPECT_TRUE(h.colocation().doubtful()) << "who knows where a new runtime has its stage";
+    EXPECT_TRUE(h.colocation().doubtful()) << "a new runtime may have its stage elsewhere";
   }
 }
 

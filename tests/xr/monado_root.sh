@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Makes a folder with Monado 25 and all that it needs from Debian trixie, without privileges: apt downloads with folders
-# of its own, dpkg-deb unpacks, nothing is installed. The programs in it run through the folder's own ld.so.
-# Cached: the second time takes no time. Prints the folder; says why and exits with 77 where it can not be made.
+# Makes a folder with Monado 25 and all that it needs from Debian trixie, without privileges: apt downloads with folders of its own, dpkg-deb unpacks,
+# nothing is installed. The programs in it run with the folder's own ld.so. Cached: a second call is fast. Prints the folder; prints the reason and
+# exits with 77 if it can not be made.
 # usage: monado_root.sh
 # environment: PALPATE_MONADO_ROOT (where to), PALPATE_DEBIAN_MIRROR (default http://deb.debian.org/debian).
 set -euo pipefail
@@ -23,7 +23,7 @@ keys=/usr/share/keyrings/debian-archive-keyring.gpg
 [[ -r $keys ]] || skip "Debian's keys are not there: install debian-archive-keyring."
 mkdir -p "$(dirname "$root")" 2>/dev/null || skip "$(dirname "$root") can not be written."
 
-# Tests may run side by side: one makes it, the others wait.
+# Tests may run at the same time: one makes the folder, the others wait.
 exec 9>"$root.lock"
 flock 9
 if [[ -e $root/complete ]]; then
@@ -44,11 +44,11 @@ apt=(apt-get -q -o "Dir::State=$work/state" -o "Dir::State::status=$work/status"
 "${apt[@]}" -y --download-only install monado-service libopenxr1-monado mesa-vulkan-drivers libopenxr-loader1 \
   >>"$work/log" 2>&1 || skip "Monado's packages can not be fetched: $(grep -m1 '^E' "$work/log")"
 for package in "$work"/cache/archives/*.deb; do
-  # dpkg-deb keeps what is in the way: /bin is a folder in some packages and a link in others.
+  # dpkg-deb keeps existing files: /bin is a folder in some packages and a link in others.
   dpkg-deb --fsys-tarfile "$package" | tar -x -C "$work/tree" --keep-directory-symlink --no-same-owner 9>&-
 done
 [[ -x $work/tree/usr/bin/monado-service ]] || skip "Monado's packages hold no monado-service."
-# The two manifests by which the loaders find the runtime and the driver, with whole paths.
+# The two manifests with which the loaders find the runtime and the driver, with absolute paths.
 folder=usr/lib/x86_64-linux-gnu
 printf '{"file_format_version": "1.0.0", "runtime": {"library_path": "%s"}}\n' \
   "$root/$folder/libopenxr_monado.so" >"$work/tree/monado.json"

@@ -1,5 +1,5 @@
 // The module in a real runtime: Monado 25 with its null compositor, a simulated headset and two
-// simulated controllers, from a folder that monado_root.sh makes. Skipped, and said why, where it
+// simulated controllers, from a folder that monado_root.sh makes. Skipped, with the reason, if it
 // can not be made.
 
 #include <fcntl.h>
@@ -31,7 +31,7 @@ using ::testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-/// A child with its output on a pipe; killed with the object.
+/// A child process with its output on a pipe; killed with the object.
 class Child {
  public:
   Child(const std::vector<std::string>& command, const std::vector<std::string>& environment) {
@@ -59,7 +59,7 @@ class Child {
   }
   Child(const Child&) = delete;
 
-  /// Reads until the text has come, the child has ended, or the time is over.
+  /// Reads until the text has been printed, the child has ended, or the time is over.
   bool says(const std::string& text, Clock::duration patience) {
     const auto end = Clock::now() + patience;
     while (said_.find(text, seen_) == std::string::npos) {
@@ -74,7 +74,7 @@ class Child {
     seen_ = said_.find(text, seen_) + text.size();
     return true;
   }
-  /// Exit status; -1 if it did not end in time, 1000 + the signal that ended it.
+  /// Exit status; -1 if it did not end in time; 1000 + the signal that ended it.
   int end(Clock::duration patience) {
     says("no program says this", patience);
     const auto end = Clock::now() + patience;
@@ -124,7 +124,7 @@ class Monado : public ::testing::Test {
     for (char** one = environ; *one; ++one) variables.emplace_back(*one);
     return variables;
   }
-  /// Through the folder's own loader, so that nothing of this machine's C library is mixed in.
+  /// With the folder's own dynamic loader, so that it does not use this machine's C library.
   std::vector<std::string> within(const std::string& program, std::vector<std::string> arguments) {
     const std::string library = root_ + "/usr/lib/x86_64-linux-gnu";
     std::vector<std::string> command{library + "/ld-linux-x86-64.so.2", "--library-path",
@@ -163,8 +163,8 @@ class Monado : public ::testing::Test {
     std::filesystem::remove(runtime_folder_ + "/monado_comp_ipc");
     service_ =
         std::make_unique<Child>(within(root_ + "/usr/bin/monado-service", {}), environment());
-    // Its driver is hundreds of MB of libraries: read from a slow disk, they once took more than 30
-    // s.
+    // Monado's driver is hundreds of MB of libraries. Read from a slow disk, they once took more
+    // than 30 s.
     const auto end = Clock::now() + 150s;
     while (!answers()) {
       ASSERT_LT(Clock::now(), end) << "the service did not start: " << service_->said();
@@ -194,7 +194,7 @@ TEST_F(Monado, ShowsFramesLocatesBothControllersAndEndsCleanly) {
   EXPECT_THAT(said, HasSubstr("hand 0 active 1 at"));
   EXPECT_THAT(said, HasSubstr("hand 1 active 1 at"));
   EXPECT_THAT(said, HasSubstr("profile /interaction_profiles/khr/simple_controller"));
-  // The null compositor's own numbers: 320 x 240, a clock that can be converted, a depth layer.
+  // The null compositor's own values: 320 x 240, a clock that can be converted, a depth layer.
   EXPECT_THAT(said, HasSubstr("depth 1"));
   EXPECT_THAT(said, HasSubstr("exact 1 size 320x240"));
   EXPECT_THAT(said, HasSubstr("state ended"));
@@ -208,14 +208,15 @@ TEST_F(Monado, IsTakenUpAgainAfterItsServiceWasKilledAndStartedAnew) {
     ASSERT_TRUE(run->says("drawn 10", 60s)) << run->said();
     service_->kill_now();
     ASSERT_TRUE(run->says("state waiting", 60s)) << run->said();
-    // Long enough that it is asked for while it is not there.
+    // Long enough that the program polls while the service is not there.
     std::this_thread::sleep_for(1200ms);
     start_service();
     ASSERT_TRUE(run->says("The headset is there", 60s)) << run->said();
   }
   EXPECT_EQ(run->end(90s), 0) << run->said();
   EXPECT_THAT(run->said(), HasSubstr("went away"));
-  EXPECT_THAT(run->said(), HasSubstr("devices 1")) << "what was loaded onto the device stayed";
+  EXPECT_THAT(run->said(), HasSubstr("devices 1"))
+      << "the device must stay, with all that was loaded onto it";
 }
 
 TEST_F(Monado, IsWaitedForWhenTheProgramStartsFirst) {
@@ -225,7 +226,7 @@ TEST_F(Monado, IsWaitedForWhenTheProgramStartsFirst) {
   EXPECT_EQ(run->end(90s), 0) << run->said();
 }
 
-/// The program as it is installed: what it needs besides Monado's own libraries is this machine's.
+/// The program as it is installed: libraries other than Monado's are this machine's.
 std::unique_ptr<Child> Monado::palpate(std::vector<std::string> arguments) {
   std::vector<std::string> command = within(PALPATE_PROGRAM, std::move(arguments));
   command[2] += ":/usr/lib/x86_64-linux-gnu:/lib/x86_64-linux-gnu";
@@ -234,7 +235,8 @@ std::unique_ptr<Child> Monado::palpate(std::vector<std::string> arguments) {
 
 TEST_F(Monado, LetsPalpateFeelTheHeartUnmodifiedAlsoAfterItsServiceWasKilled) {
   start_service();
-  // The hand presses again and again: a busy machine may take long to see the first press.
+  // The hand presses repeatedly: on a busy machine the first press may come before the first
+  // picture.
   const std::string path = runtime_folder_ + "/path.csv";
   {
     std::ofstream stream(path);
@@ -269,7 +271,8 @@ TEST_F(Monado, GuidesACalibrationThatEndsInASentenceWhereNobodyMoves) {
   points->interrupt();
   EXPECT_EQ(points->end(60s), 1) << points->said();
   EXPECT_THAT(points->said(), HasSubstr("Stopped before there was a calibration"));
-  // The simulated controllers do not follow the simulated device: that is seen, and nothing stored.
+  // The simulated controllers do not follow the simulated device: this is detected, and nothing is
+  // stored.
   const auto movement = palpate(
       {"calibrate", "-o", file, "--device", "simulated", "--by", "movement", "--seconds", "6"});
   EXPECT_EQ(movement->end(90s), 2) << movement->said();
@@ -277,7 +280,7 @@ TEST_F(Monado, GuidesACalibrationThatEndsInASentenceWhereNobodyMoves) {
   EXPECT_FALSE(std::filesystem::exists(file));
 }
 
-/// How many pixels of a part of a screen are redder than the blue-grey background.
+/// The number of pixels in a part of a screen that are redder than the blue-grey background.
 int flesh(const Screenshot& shot, int left, int right, int height) {
   int red = 0;
   for (int y = 0; y < height; ++y)
@@ -298,7 +301,7 @@ TEST_F(Monado, ShowsTheHeartToBothEyesInItsWindow) {
       palpate({"feel", "shell", "--headset", "openxr", "--no-mirror", "--device", "simulated",
                "--seconds", "600", "--watchdog", "1000", "--black-box", runtime_folder_});
   ASSERT_TRUE(run->says("in the headset: Monado: Simulated HMD", 60s)) << run->said();
-  // Its window of 640 x 360 has an eye on either side.
+  // Its window of 640 x 360 has one eye on each side.
   const auto end = Clock::now() + 90s;
   int left = 0, right = 0;
   while ((left < 50 || right < 50) && Clock::now() < end) {
@@ -313,7 +316,8 @@ TEST_F(Monado, ShowsTheHeartToBothEyesInItsWindow) {
   EXPECT_EQ(run->end(60s), 0) << run->said();
 }
 
-/// How many are flesh; the red sides of hello_xr's cubes are not, there is no green in them.
+/// The number of heart pixels. The red sides of hello_xr's cubes do not count, because they have no
+/// green.
 int heart(const Screenshot& shot, int left, int right, int height) {
   int count = 0;
   for (int y = 0; y < height; ++y)
@@ -325,7 +329,7 @@ int heart(const Screenshot& shot, int left, int right, int height) {
   return count;
 }
 
-/// How many pixels of a part of a screen have the colour that hello_xr clears its picture to.
+/// The number of pixels in a part of a screen with the clear colour of hello_xr.
 int slate(const Screenshot& shot, int left, int right, int height) {
   int count = 0;
   for (int y = 0; y < height; ++y)
@@ -345,7 +349,7 @@ TEST_F(Monado, LaysTheHeartOverAnotherProgramThatKnowsNothingOfIt) {
   if (!display) GTEST_SKIP() << why_not;
   compositor_ = {"XRT_COMPOSITOR_FORCE_XCB=1", std::string("DISPLAY=") + std::getenv("DISPLAY")};
   start_service();
-  // It ends at the end of its input: a pipe that stays open and says nothing.
+  // It ends at the end of its input, so it gets a pipe that stays open without input.
   const std::string keys = runtime_folder_ + "/keys";
   ASSERT_EQ(mkfifo(keys.c_str(), 0600), 0);
   std::vector<std::string> command{"/bin/sh", "-c", "exec \"$@\" 0<>" + keys, "sh"};
@@ -377,7 +381,7 @@ TEST_F(Monado, LaysTheHeartOverAnotherProgramThatKnowsNothingOfIt) {
   })) << run->said();
   run->interrupt();
   EXPECT_EQ(run->end(60s), 0) << run->said();
-  // The other program goes on, alone again.
+  // The other program continues, alone again.
   EXPECT_TRUE(until([&](const Screenshot& shot) {
     return heart(shot, 0, 640, 360) < 600 && slate(shot, 0, 320, 360) > kMuch;
   }));

@@ -1,6 +1,6 @@
-// A program that lives in a headset and says what happens to it, one line each: for runtimes that
-// can not be in the test's own process. usage: xr_session_program FRAMES SESSION SECONDS: ends
-// cleanly once it has drawn FRAMES pictures in its session number SESSION; gives up after SECONDS.
+// A program that runs in a headset and prints its events, one line each: for runtimes that can not
+// be in the test's own process. usage: xr_session_program FRAMES SESSION SECONDS: ends cleanly
+// after FRAMES pictures in its session number SESSION; gives up after SECONDS.
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,5 +1,5 @@
-// A session from its beginning to its end, against the runtime of our own: what is shown is what
-// was drawn, in the order that OpenXR asks for.
+// A session from begin to end, on the tests' OpenXR runtime: the shown picture is the drawn one,
+// and calls are in the order that OpenXR requires.
 
 #include <algorithm>
 #include <atomic>
@@ -81,7 +81,7 @@ TEST_F(SessionLife, ComesFromIdleThroughHiddenAndVisible) {
     const HeadsetState state = step().state;
     if (seen.empty() || seen.back() != state) seen.push_back(state);
   }
-  // Ready comes with the session, so that the first round runs a frame already.
+  // Ready comes with the session, so the first step already runs a frame.
   EXPECT_THAT(seen, ::testing::ElementsAre(HeadsetState::kHidden, HeadsetState::kVisible,
                                            HeadsetState::kFocused));
 }
@@ -139,7 +139,7 @@ TEST_F(SessionLife, HandsNoDepthOverWhereItIsNotTakenOrNotDrawn) {
 }
 
 TEST_F(SessionLife, TakesTheColourFormatThatFitsBest) {
-  // Best first; offered in the opposite order, and one less each time.
+  // The best format first; they are offered in the opposite order, and each time one less.
   std::vector<int64_t> offered = {VK_FORMAT_B8G8R8A8_UNORM, VK_FORMAT_R8G8B8A8_UNORM,
                                   VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_B8G8R8A8_SRGB,
                                   VK_FORMAT_R8G8B8A8_SRGB};
@@ -179,7 +179,8 @@ TEST_F(SessionLife, BlendsAsWantedWhereOfferedAndSaysHow) {
   options.blend = xr::BlendMode::kAdditive;
   headset(options);
   step_until(HeadsetState::kFocused);
-  EXPECT_EQ(step().blend, xr::BlendMode::kOpaque) << "additive is not offered: the runtime's first";
+  EXPECT_EQ(step().blend, xr::BlendMode::kOpaque)
+      << "additive is not offered, so the runtime's first one is used";
   EXPECT_EQ(runtime().last_frame().flags, 0u);
 }
 
@@ -192,7 +193,7 @@ TEST_F(SessionLife, StandsAboveAnotherProgramWhereTheRuntimeCan) {
   EXPECT_EQ(runtime().overlay(), 7);
   EXPECT_EQ(runtime().last_frame().blend, XR_ENVIRONMENT_BLEND_MODE_OPAQUE);
   EXPECT_EQ(runtime().last_frame().flags, XR_COMPOSITION_LAYER_BLEND_TEXTURE_SOURCE_ALPHA_BIT);
-  // The program below comes and goes.
+  // The application below the overlay appears and disappears.
   for (const bool visible : {false, true}) {
     XrEventDataMainSessionVisibilityChangedEXTX changed{
         XR_TYPE_EVENT_DATA_MAIN_SESSION_VISIBILITY_CHANGED_EXTX};
@@ -230,10 +231,11 @@ TEST_F(SessionLife, UsesTheOriginThatIsWantedOrTheNextBest) {
   };
   EXPECT_NEAR(height_of_eye(), 1.6, 1e-6) << "above the stage";
   options.origin = xr::Origin::kLocal;
-  EXPECT_NEAR(height_of_eye(), 0.0, 1e-6) << "where the person sits";
+  EXPECT_NEAR(height_of_eye(), 0.0, 1e-6) << "at the seated user's head";
   options.origin = xr::Origin::kView;
   EXPECT_NEAR(height_of_eye(), 0.0, 1e-6);
-  EXPECT_NEAR(source.last->eyes[1].world_from_eye.position_m.x, 0.0315, 1e-6) << "in the head";
+  EXPECT_NEAR(source.last->eyes[1].world_from_eye.position_m.x, 0.0315, 1e-6)
+      << "relative to the head";
   options.origin = xr::Origin::kStage;
   std::erase(runtime().setup().spaces, XR_REFERENCE_SPACE_TYPE_STAGE);
   EXPECT_NEAR(height_of_eye(), 0.0, 1e-6);
@@ -249,7 +251,7 @@ TEST_F(SessionLife, GivesTheEyesAsTheRuntimeSaysThem) {
   for (int eye = 0; eye < 2; ++eye) {
     const xr::EyeView& got = source.last->eyes[size_t(eye)];
     const double side = eye ? 0.0315 : -0.0315;
-    // Floats of a metre.
+    // Floats, about a metre.
     EXPECT_NEAR(got.world_from_eye.position_m.x, double(head.position.x) + side, 1e-6);
     EXPECT_NEAR(got.fov.left, eye ? -0.7 : -0.9, 1e-6);
     EXPECT_NEAR(got.fov.right, eye ? 0.9 : 0.7, 1e-6);
@@ -274,7 +276,7 @@ TEST_F(SessionLife, MakesPicturesOfTheSizeThatIsAskedFor) {
   headset(options);
   step_until(HeadsetState::kFocused);
   step();
-  EXPECT_EQ(source.last->color.size.width, 4096u) << "the most that the runtime can";
+  EXPECT_EQ(source.last->color.size.width, 4096u) << "the largest size of the runtime";
 }
 
 TEST_F(SessionLife, KnowsWhatTheOpticsHide) {
@@ -291,7 +293,7 @@ TEST_F(SessionLife, KnowsWhatTheOpticsHide) {
   std::memcpy(&event, &changed, sizeof changed);
   runtime().push_event(event);
   step();
-  EXPECT_EQ(runtime().calls("xrGetVisibilityMaskKHR"), asked + 2) << "for the one that changed";
+  EXPECT_EQ(runtime().calls("xrGetVisibilityMaskKHR"), asked + 2) << "for the changed view";
   close();
   std::erase(runtime().setup().extensions, "XR_KHR_visibility_mask");
   headset();
@@ -311,15 +313,15 @@ TEST_F(SessionLife, SkipsThePictureWhenTheCompositorKeepsItsImage) {
   runtime().inject("xrWaitSwapchainImage", 2, XR_TIMEOUT_EXPIRED);
   step();
   EXPECT_EQ(runtime().last_frame().layers, 1u);
-  EXPECT_FALSE(runtime().last_frame().depth) << "the second one is the depth's";
+  EXPECT_FALSE(runtime().last_frame().depth) << "the second image is the depth's";
   step();
   EXPECT_TRUE(runtime().last_frame().depth);
   EXPECT_EQ(headset_report().sessions, 1u);
 }
 
 TEST_F(SessionLife, LetsTheQueueBeUsedByOthersBetweenFrames) {
-  // One queue for all: work of another thread while frames run. The validation layer sees it if two
-  // threads are in the queue at once.
+  // One queue for all: another thread works while frames run. The validation layer reports two
+  // threads in the queue at the same time.
   xr::Headset& h = headset();
   step_until(HeadsetState::kFocused);
   std::atomic<bool> stop{false};

@@ -1,5 +1,5 @@
-// What arrives at the runtime against what the renderer itself reads back: the same device, the
-// same bits. Behind Vulkan's validation layers.
+// The picture at the runtime compared with the one that the renderer itself reads back: the same
+// device, the same bits. With Vulkan's validation layers.
 #include "module/xr/volume_source.h"
 
 #include <cmath>
@@ -25,7 +25,7 @@ std::shared_ptr<const MovingVolume> small_heart() {
   return built ? std::make_shared<const MovingVolume>(std::move(*built)) : nullptr;
 }
 
-/// The heart at rest before a person who stands 1.6 m tall.
+/// The heart at rest in front of a standing user with eyes at 1.6 m.
 xr::Show showing(std::shared_ptr<const MovingVolume> heart) {
   const auto volumes =
       std::make_shared<const std::vector<std::shared_ptr<const MovingVolume>>>(1, std::move(heart));
@@ -66,7 +66,7 @@ TEST_F(VolumeSourceTest, HandsOverWhatTheRendererDrawsForEachEyeWithItsDepth) {
   xr::HeadsetOptions options;
   options.validation = true;
   xr::Headset headset(options, drawing);
-  // The renderer is made beside the frames: until it is there they have no picture.
+  // The renderer is made while frames run; the first ones have no picture.
   uint64_t drawn = 0;
   for (int k = 0; k < 60'000 && drawn < 3; ++k) {
     now_ns_ += 11'111'111;
@@ -89,7 +89,7 @@ TEST_F(VolumeSourceTest, HandsOverWhatTheRendererDrawsForEachEyeWithItsDepth) {
     const fake::Picture& shown = pictures[size_t(eye)];
     EXPECT_EQ(shown.rgba, expected->colours) << "eye " << eye;
     EXPECT_EQ(shown.depth, expected->depths) << "eye " << eye;
-    // Reversed depth without an end: near / depth. The heart's middle is 0.3 m away.
+    // Reversed depth with an infinite far plane: near / depth. The heart's middle is 0.3 m away.
     EXPECT_TRUE(std::isinf(shown.near_m));
     const float nearest = *std::max_element(shown.depth.begin(), shown.depth.end());
     EXPECT_GT(shown.far_m / nearest, 0.2F);
@@ -100,7 +100,7 @@ TEST_F(VolumeSourceTest, HandsOverWhatTheRendererDrawsForEachEyeWithItsDepth) {
   EXPECT_THAT(headset.context()->validation_messages(), ::testing::IsEmpty());
 }
 
-/// The left half of a view (side -1) or its right one, as triangles that reach beyond its edges.
+/// The left half of a view (side -1) or its right half, as triangles that extend beyond its edges.
 std::vector<XrVector2f> half(float side) {
   return {{0, -3}, {3 * side, -3}, {3 * side, 3}, {0, -3}, {3 * side, 3}, {0, 3}};
 }
@@ -109,7 +109,8 @@ TEST_F(VolumeSourceTest, DrawsNothingWhereTheOpticsHideItAlsoWhenTheRuntimeChang
   const auto heart = small_heart();
   xr::VolumeSource drawing(showing(heart));
   runtime().setup().keep_pictures = true;
-  runtime().setup().rate_hz = 0.01;  // leaves time: every picture comes to its full size
+  // So slow that every picture reaches its full size.
+  runtime().setup().rate_hz = 0.01;
   runtime().script_head([](XrTime) { return XrPosef{{0, 0, 0, 1}, {0, 1.6F, 0}}; });
   runtime().setup().hidden.clear();
   xr::HeadsetOptions options;
@@ -152,7 +153,7 @@ TEST_F(VolumeSourceTest, DrawsNothingWhereTheOpticsHideItAlsoWhenTheRuntimeChang
         const double pixels = double(pictures[eye].width);
         const double tangent =
             low + (high - low) * (double(i % pictures[eye].width) + 0.5) / pixels;
-        // A pixel whose neighbour is seen is drawn: the border is one pixel further.
+        // A pixel with a visible neighbour is drawn: the border is one pixel further.
         const bool is_hidden = side * tangent > (high - low) / pixels;
         hidden += is_hidden;
         ASSERT_EQ(pictures[eye].rgba[i], is_hidden ? 0u : whole[eye].rgba[i])
@@ -166,12 +167,11 @@ TEST_F(VolumeSourceTest, DrawsNothingWhereTheOpticsHideItAlsoWhenTheRuntimeChang
   EXPECT_THAT(headset.context()->validation_messages(), ::testing::IsEmpty());
 }
 
-/// A format, and how far apart its neighbouring values are in linear light: it rounds to the
-/// nearest.
+/// A format, and the distance of neighbouring values in linear light: it rounds to the nearest.
 struct Stored {
   VkFormat format;
   double step_at(double value) const {
-    // The same bytes, in another order.
+    // The same bytes in another order.
     if (format == VK_FORMAT_R8G8B8A8_SRGB || format == VK_FORMAT_B8G8R8A8_SRGB) return 0.0;
     if (format != VK_FORMAT_R16G16B16A16_SFLOAT) return 1.0 / 255.0;
     return std::ldexp(1.0, std::max(std::ilogb(std::max(value, 1e-30)), -14) - 10);
@@ -189,7 +189,7 @@ TEST_F(VolumeSourceTest, ShowsTheSameColoursInEveryFormat) {
     runtime().setup().formats = {stored.format, VK_FORMAT_D32_SFLOAT};
     runtime().setup().keep_pictures = true;
     runtime().script_head([](XrTime) { return XrPosef{{0, 0, 0, 1}, {0, 1.6F, 0}}; });
-    // A display that leaves time: every picture has the same size.
+    // So slow that every picture has the same size.
     runtime().setup().rate_hz = 0.01;
     xr::HeadsetOptions options;
     options.validation = true;
@@ -213,19 +213,19 @@ TEST_F(VolumeSourceTest, ShowsTheSameColoursInEveryFormat) {
       for (size_t i = 0; i < pictures[eye].light.size(); ++i)
         for (size_t c = 0; c < 4; ++c) {
           const double expected = first[eye].light[i][c], found = pictures[eye].light[i][c];
-          // Half a step, and a little for the last bits of the device's pow.
+          // Half a step, and a little for the last bits of the device's pow().
           ASSERT_NEAR(found, expected, 0.51 * stored.step_at(expected))
               << "format " << stored.format << ", eye " << eye << ", pixel " << i << ", part " << c;
           if (c < 3) most[c] = std::max(most[c], found);
         }
       EXPECT_EQ(pictures[eye].depth, first[eye].depth);
     }
-    // A picture whose red and blue are alike would not tell them apart.
+    // If red and blue were equal, exchanged channels would not be detected.
     EXPECT_GT(most[0], most[2] + 0.2);
   }
 }
 
-// A compiler that works for a second would hold the runtime's loop.
+// A compilation of a second would block the runtime's loop.
 TEST_F(VolumeSourceTest, CompilesNothingInTheFrameLoop) {
   for (const bool hides : {false, true}) {
     xr::VolumeSource drawing(showing(small_heart()));

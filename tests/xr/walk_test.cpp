@@ -1,5 +1,5 @@
 // Random legal walks of the session's state machine: whatever the runtime announces, the program
-// calls what it must, nothing that it must not, and says where it is.
+// makes the required calls and no forbidden one, and reports its state.
 
 #include "tests/scene/dice.h"
 #include "tests/xr/xr_fixture.h"
@@ -9,8 +9,8 @@ namespace {
 
 using xr::HeadsetState;
 
-/// What a conformant runtime may announce next (OpenXR 1.0, figure "Session State Life-cycle");
-/// UNKNOWN stands for nothing.
+/// The states that a conformant runtime may announce next (OpenXR 1.0, figure "Session State
+/// Life-cycle"); UNKNOWN means none.
 XrSessionState next_state(XrSessionState now, Dice& dice) {
   if (dice.chance(0.02)) return XR_SESSION_STATE_LOSS_PENDING;
   const bool up = dice.chance(0.6);
@@ -32,7 +32,7 @@ XrSessionState next_state(XrSessionState now, Dice& dice) {
   }
 }
 
-/// What the program must say once it has heard of a state.
+/// The state that the program must report after an announcement.
 HeadsetState expected(XrSessionState state) {
   switch (state) {
     case XR_SESSION_STATE_READY:
@@ -61,8 +61,8 @@ class XrWalk : public XrTest {
     XrSessionState now = XR_SESSION_STATE_IDLE;
     runtime().announce(now);
     for (int i = 0; i < 60; ++i) {
-      // Announcements may come in bunches; the runtime never announces past one that it must be
-      // answered first (READY by begin, STOPPING by end).
+      // Several announcements may come together. But after READY and STOPPING the runtime waits for
+      // the program's answer (begin, end) before the next one.
       const int bunch = 1 + dice.below(3);
       for (int b = 0; b < bunch; ++b) {
         const XrSessionState next = next_state(now, dice);
@@ -83,7 +83,7 @@ class XrWalk : public XrTest {
       if (now == XR_SESSION_STATE_LOSS_PENDING || now == XR_SESSION_STATE_EXITING) break;
       if (dice.chance(0.05)) break;
     }
-    // However far it went: lost, or ended by the program in the middle of it.
+    // At any stage: lost, or ended by the program.
     if (dice.chance(0.9)) {
       if (runtime().session()) runtime().announce(XR_SESSION_STATE_LOSS_PENDING);
     } else if (headset.report().state != HeadsetState::kWaiting) {

@@ -1,5 +1,5 @@
-// One call that OpenXR forbids (a structure of the wrong type): what a validation layer must see.
-// The control of core_validation_test.sh.
+// One call that OpenXR forbids (a structure of the wrong type), which a validation layer must
+// report. The control of core_validation_test.sh.
 
 #include <openxr/openxr.h>
 

@@ -5,7 +5,7 @@
 namespace palpate::test {
 namespace {
 
-/// Before anything asks the loader. Nothing else runs yet.
+/// Runs before the OpenXR loader is used; no other thread runs yet.
 [[maybe_unused]] const int kChosen = [] {
   setenv("XR_RUNTIME_JSON", PALPATE_FAKE_RUNTIME, 1);
   return 0;

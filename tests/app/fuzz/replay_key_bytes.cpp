@@ -23,7 +23,7 @@ void parse_replay_key_bytes(std::string_view bytes) {
   for (int axis = 0; axis < 3; ++axis)
     require(std::isfinite(device.workspace_centre_m[axis]), "places are finite");
   require(!key->scene.volumes.empty(), "there is something to feel");
-  // What was read can be written and read again.
+  // A key that was read can be written and read again.
   const std::string text = text_of(*key);
   const auto again = parse_replay_key("fuzz.ticks", text);
   require(bool(again) && text_of(*again) == text, "it is the same when written");

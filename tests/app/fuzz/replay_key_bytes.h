@@ -4,7 +4,7 @@
 
 namespace palpate::app::fuzz {
 
-/// Reads what a recording says of its run. Aborts where a promise of the reader is broken.
+/// Reads the description of a run in a recording. Aborts if the reader's guarantee does not hold.
 void parse_replay_key_bytes(std::string_view bytes);
 
 }  // namespace palpate::app::fuzz

@@ -6,8 +6,8 @@
 #include "integration/devices/falcon_kinematics.h"
 #include "integration/devices/falcon_protocol.h"
 
-/// What a broken or malicious device may send: every byte is either in an answer or counted, and no
-/// answer gives a place that is not a number.
+/// Bytes of a broken or malicious device: every byte is either in an answer or counted, and no
+/// answer gives a position that is NaN.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace palpate::devices::falcon;
   AnswerStream stream;

@@ -4,8 +4,8 @@
 
 namespace palpate::devices::fuzz {
 
-/// Hands untrusted bytes to the paths' parser and checks what every answer must hold: a sentence,
-/// or a path that is sound everywhere. Ends the process if it does not.
+/// Gives untrusted bytes to the parser of paths. Each result must be an error message, or a path
+/// that is valid everywhere. Ends the process if it is neither.
 void parse_path_bytes(std::string_view bytes);
 
 }  // namespace palpate::devices::fuzz

@@ -12,7 +12,8 @@ void read_spacemouse_bytes(std::string_view bytes) {
   spacemouse::Reports reports;
   uint64_t refused = 0;
   for (size_t at = 0; at < bytes.size();) {
-    // One report in a buffer of its own, so that the address sanitizer sees one byte too many.
+    // One report in a buffer of its own, so that the address sanitizer detects a read of one byte
+    // too many.
     const size_t count = std::min<size_t>(uint8_t(bytes[at]) % 16, bytes.size() - at);
     const std::vector<uint8_t> report(bytes.begin() + long(at), bytes.begin() + long(at + count));
     const auto before = reports.axes();

@@ -1,5 +1,5 @@
 // Thousands of damaged headers per parser, from a fixed seed: none may crash, hang or give an
-// unsound answer.
+// invalid result.
 #include <gtest/gtest.h>
 
 #include "integration/files/image_writer.h"
@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kRounds = 4000;
 
-/// Pieces that headers are sensitive to.
+/// Texts that parsers of headers treat specially.
 const std::vector<std::string> kPieces = {"none",   "-1",   "0",
                                           "1e308",  "nan",  "99999999999999999999",
                                           "(",      ")",    ",",
@@ -123,7 +123,7 @@ TEST(HeaderFuzz, DicomParserHolds) {
 }
 
 TEST(HeaderFuzz, DicomReaderHolds) {
-  // Behind the parser: places, times and pixels of files whose elements are sound.
+  // Behind the parser: places, times and pixels of files whose elements are valid.
   const TemporaryFolder folder;
   EnhancedFile file;
   file.grid = oblique_grid();
@@ -152,7 +152,7 @@ TEST(HeaderFuzz, DicomReaderHolds) {
                                  for (const Volume& frame : found->frames)
                                    ASSERT_EQ(frame.values.size(), frame.grid.count());
                                });
-    // Damage to pixels and names is no reason to refuse; most damage to the structure is.
+    // Damage to pixels and names is not detected; most damage to the structure is.
     EXPECT_GT(read, 0U) << syntax;
     EXPECT_LT(read, 290U) << syntax;
   }

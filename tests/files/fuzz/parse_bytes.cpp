@@ -85,7 +85,7 @@ static void check_elements(const DicomElements& found, std::string_view bytes) {
     require(value.empty() || (value.data() >= bytes.data() &&
                               value.data() + value.size() <= bytes.data() + bytes.size()),
             "values lie in the file");
-    // Every way to look at a value must hold for any bytes.
+    // Every accessor of a value must be safe for any bytes.
     found.text(tag);
     require(found.whole(tag).value_or(0) >= 0, "whole numbers are not negative");
     require(std::isfinite(found.number(tag).value_or(0.0)) &&

@@ -2,9 +2,8 @@
 
 #include <string_view>
 
-/// Each hands untrusted bytes to one parser of ours and checks what every answer must hold: either
-/// a sentence, or a description that is sound. They end the process if it does not, which both
-/// libFuzzer and the tests notice.
+/// Each gives untrusted bytes to one of palpate's parsers. The result must be an error message, or
+/// a valid description. Else they end the process, which both libFuzzer and the tests detect.
 namespace palpate::files::fuzz {
 
 void parse_nrrd(std::string_view bytes);

@@ -29,7 +29,8 @@ void check(std::string bytes) {
 void parse_recording(std::string_view bytes) {
   check(std::string(bytes));
   if (bytes.size() < sizeof(uint64_t)) return;
-  // No mutation finds the right hash by chance: without this, only the hash would be tested.
+  // A mutation never has the right hash by chance: without this repair only the hash check would be
+  // tested.
   std::string repaired(bytes.substr(0, bytes.size() - sizeof(uint64_t)));
   const uint64_t hash = hash_on(kEmptyHash, repaired);
   FieldEncoder{repaired}.whole(hash);

@@ -21,7 +21,7 @@ KnownCase read_kit(const fs::path& folder) {
   if (fs::exists(folder / "mask_border.mha"))
     pair.border =
         nearest(value_or_throw(files::read_mask(folder / "mask_border.mha")), pair.truth.grid);
-  // The truth may be sampled more thinly than the frames and their masks.
+  // The truth may be sampled more coarsely than the frames and their masks.
   pair.mask = nearest(pair.mask, pair.truth.grid);
   return pair;
 }
@@ -44,7 +44,7 @@ KnownCase shell(int size) {
           {}};
 }
 
-/// Scored in the organ; the border is the wall's side of it.
+/// Scored in the organ; the border is on the wall's side.
 KnownCase sliding() {
   SlidingPhantom slide = sliding_phantom();
   return {std::move(slide.fixed), std::move(slide.moving), std::move(slide.truth),

@@ -9,7 +9,7 @@
 
 namespace palpate::bench {
 
-/// The real chest CT in known motion (shared data, lung/).
+/// The real chest CT with known motion (shared data, lung/).
 struct CtData {
   studies::MotionCase breath;                          ///< the whole breath at once
   std::vector<studies::MotionCase> steps;              ///< frames 1 to 2 and 3 to 4 of the sequence
@@ -20,8 +20,8 @@ struct CtData {
 /// Reads lung/ of a data folder. Errors: a file that is missing or broken.
 Result<CtData> read_ct(const std::filesystem::path& data);
 
-/// The pair with the moving frame's contrast changed: air (-1000 HU) stays, and what is above it is
-/// multiplied by `gain` and by a slow bias from 0.8 (front) to 1.2 (back).
+/// The pair with another contrast in the moving frame: air (-1000 HU) is unchanged, and values
+/// above it are multiplied by `gain` and by a smooth bias from 0.8 (front) to 1.2 (back).
 studies::MotionCase with_gain(const studies::MotionCase& pair, double gain);
 
 }  // namespace palpate::bench

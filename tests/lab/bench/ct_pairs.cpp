@@ -1,4 +1,4 @@
-// Tables of the real CT, pair by pair, with peers beside.
+// Tables of the real CT, pair by pair, palpate and peers.
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -19,8 +19,8 @@ StudyRun run_of(const MotionBench& bench) {
   return run;
 }
 
-/// The presets, and where asked for what lies between "fast" and the peers: how soon palpate is as
-/// good as the best of them. The peers behind.
+/// The presets and then the peers. With faster_than_fast also settings between "fast" and the
+/// peers: these show at which time palpate is as accurate as the best peer.
 Methods methods_of(const MotionBench& bench, bool faster_than_fast) {
   Methods methods = palpate_methods(run_of(bench), true);
   std::erase_if(methods, [&](const auto& method) {
@@ -30,7 +30,7 @@ Methods methods_of(const MotionBench& bench, bool faster_than_fast) {
   return methods;
 }
 
-/// Throws Mismatch if a field is no better than none: its time would mean nothing.
+/// Throws Mismatch if a field is no better than no motion: its time would mean nothing.
 MotionMeasures measured(const MotionBench& bench, const MotionCase& known, Methods methods) {
   MotionMeasures all = measure_motion(run_of(bench), known, std::move(methods));
   for (const std::string& sentence : all.missing) throw Mismatch(sentence);
@@ -42,7 +42,7 @@ MotionMeasures measured(const MotionBench& bench, const MotionCase& known, Metho
   return all;
 }
 
-/// The rows as the chart has them, and the error with each axis in its own voxels.
+/// The rows as in the chart, and the error with each axis in its own voxels.
 Table table_of(const MotionMeasures& all) {
   Table table = motion_table(all);
   table.title = all.name;
@@ -119,12 +119,14 @@ Table gain_table(MotionBench& bench, const CtData& ct) {
                    {"gain_1_4_voxels", "gain 1.4"},
                    {"increase_percent", "more error %"}};
   for (const auto& method : methods_of(bench, false)) {
-    if (method->is_ours() && method->runs_once()) continue;  // classic knows no other contrast
+    // classic does not support another contrast.
+    if (method->is_ours() && method->runs_once()) continue;
     std::vector<double> errors;
     for (const MotionCase* pair : {&plain, &low, &high}) {
       const auto result = method->run(pair->fixed, pair->moving);
       if (!result) throw Mismatch(method->name() + ": " + result.error().message);
-      // No demand to be better than nothing here: the peers are not, and that is the finding.
+      // Here a result need not be better than no motion: the peers' are not, and this is the
+      // finding.
       const auto error = error_of(result->field, *pair);
       if (!error) throw Mismatch(error.error().message);
       errors.push_back(error->own_voxels.mean);

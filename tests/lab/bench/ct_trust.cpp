@@ -1,4 +1,4 @@
-// Tables about whether a field can be trusted: followed points, the cycle, and the way back.
+// Tables on the reliability of a field: followed points, the cycle, and the way back.
 #include <fmt/format.h>
 
 #include "compute/motion/estimator.h"
@@ -13,7 +13,7 @@ std::vector<const char*> presets(const MotionBench& bench) {
   return {"fast", "balanced", "best"};
 }
 
-/// Takes a result's value or ends the benchmark with its error.
+/// Returns a result's value, or ends the benchmark with its error.
 template <class T>
 T got(Result<T> result) {
   if (!result) throw Mismatch(result.error().message);

@@ -64,9 +64,8 @@ void contracting(const FeelBench& bench, Findings& findings) {
                             fmt::format("Picard {} (of 64 at most)", picard_all.quantile(0.999))});
 }
 
-/// Rough and folded fields: is an answer ever called good that is none? Not asked here is whether
-/// there is a fold on the way to it: in a rough field it may be thinner than any step between
-/// looks.
+/// Rough and folded fields: is a wrong result ever reported as found? A fold on the way to the
+/// result is not tested here: in a rough field it may be thinner than any step between samples.
 void folded(const FeelBench& bench, Findings& findings) {
   Searches all;
   for (uint32_t seed = 1; seed <= uint32_t(bench.part(400)); ++seed) {
@@ -82,7 +81,7 @@ void folded(const FeelBench& bench, Findings& findings) {
                                         all.count, all.missed - all.unseen)});
 }
 
-/// A hand that strokes a shell of which one step folds: what is felt of that.
+/// A hand that strokes a shell with one step that folds: the force that is felt.
 void folded_hand(const FeelBench& bench, Findings& findings) {
   constexpr double kHand_m_per_s = 0.015;
   double worst_n = 0.0, papers_n = 0.0;
@@ -109,7 +108,7 @@ void folded_hand(const FeelBench& bench, Findings& findings) {
                    papers_n, flagged, strokes, silent)});
 }
 
-/// Where the same still hand holds the material after many beats.
+/// How far the material under a still hand has moved after many beats.
 void drift(const FeelBench& bench, Findings& findings) {
   const int beats = int(bench.part(1000));
   const auto data = stability::shell(4, 4.0, stability::Made::kSampled);
@@ -120,7 +119,7 @@ void drift(const FeelBench& bench, Findings& findings) {
     const glm::dvec3 along = draws.direction();
     glm::dvec3 early(0.0), proxy(0.0);
     for (int i = 0; i < 1000 * (beats + 5); ++i) {
-      // It comes in, strokes a little so that friction holds it aslant, and stays.
+      // It moves in, strokes a little so that friction holds it at an angle, and stays.
       const double r = std::max(0.023, 0.037 - 2e-5 * i);
       const glm::dvec3 aside(0.0, 1e-6 * std::min(i, 1500), 0.0);
       proxy = hand.to(r * along + aside).proxy_m;

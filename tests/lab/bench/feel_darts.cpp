@@ -22,7 +22,7 @@ constexpr int kFramesPerScene = 100'000, kScenesPerPaper = 20;
 
 SceneSpec drawn_scene(Draws& draws, double& frames_per_second) {
   SceneSpec spec = stability::dart_spec(draws.even(0.0, 0.8));
-  // The data move by at most 5 mm from a frame to the next; the swing gets what speed is left.
+  // The data move by at most 5 mm from one frame to the next; the swing gets the remaining speed.
   frames_per_second = draws.even(1.0, 40.0);
   const double data_m_per_s = 0.005 * frames_per_second;
   VolumeSpec& volume = spec.volumes.front();

@@ -8,7 +8,7 @@ namespace {
 
 using stability::Made;
 
-/// The sphere of the chart, still, or beating and turning; all of palpate's points must be found.
+/// The sphere of the chart, still, or beating and rotating. Every point of palpate's must be found.
 FeelMeasure against_sphere(const FeelBench& bench, Moves moves, Made made, bool paper) {
   FeelSetting setting{"sphere", paper ? "the paper's loop" : "palpate", paper, moves};
   setting.method = paper ? BackTracking::kPicard : BackTracking::kNewton;

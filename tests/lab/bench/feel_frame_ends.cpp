@@ -10,14 +10,14 @@
 namespace palpate::bench {
 namespace {
 
-/// What a hand at rest on a moving ball feels from one millisecond to the next.
+/// The change of the force on a hand at rest on a moving ball from one millisecond to the next.
 struct Ticks {
   double step_n = 0.0;  ///< largest change of the force in a ms
   double kink_n = 0.0;  ///< largest change of that change
 };
 
 /// The ball swings below the hand, by 10 mm to either side once in 2 s; poses come from graphics
-/// frames of 11 and 22 ms in turn.
+/// frames of alternately 11 and 22 ms.
 Ticks felt(PosePath path, double seconds) {
   DriveSpec drive;
   drive.kind = DriveSpec::Kind::kSwing;

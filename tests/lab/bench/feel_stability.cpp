@@ -11,7 +11,8 @@ namespace {
 
 using stability::StabilityOutcome;
 
-constexpr double kGoalBelow = 0.95;  // of c: there no cycle is to be reached, beyond it aimed at
+// Of c: below it the limit for cycles is the goal called reach, beyond it the one called aim.
+constexpr double kGoalBelow = 0.95;
 
 double quantile(std::vector<double> values, double part) {
   if (values.empty()) return 0.0;

@@ -24,8 +24,8 @@ int64_t steady_ns() {
       .count();
 }
 
-/// Work that is always the same and touches no memory: what it takes longer than usual is the
-/// machine's doing. About 2 us.
+/// Work that is always the same and uses no memory: a longer time than usual is caused by the
+/// machine. About 2 us.
 double fixed_work(double start) {
   // Volatile, so that the work stays between the two readings of the clock.
   volatile double at = start;
@@ -35,10 +35,12 @@ double fixed_work(double start) {
   return at;
 }
 
-/// What a kind of frame cost.
+/// The time of a kind of frame.
 struct Timing {
-  Histogram tick;       ///< one frame, as it came
-  Histogram work;       ///< the shorter of two runs of the same frame: no interrupt is in it
+  /// One frame, as measured.
+  Histogram tick;
+  /// The shorter of two runs of the same frame, so that it contains no interrupt.
+  Histogram work;
   Histogram reference;  ///< the fixed work after each
   int64_t contact = 0;  ///< frames in which something was placed
   double pieces = 0.0, primitives = 0.0;
@@ -48,7 +50,7 @@ struct Timing {
 
 using Tick = std::function<TickOutput(const TickInput&)>;
 
-/// A scene, ready to be stepped, twice: palpate's frame or the paper's.
+/// A scene that is stepped twice per frame: palpate's frame or the paper's.
 struct Contestant {
   std::string name;
   std::array<Tick, 2> twins;
@@ -100,7 +102,7 @@ void run_block(Contestant& contestant, int frames, bool count) {
     sink = fixed_work(sink);
     const int64_t reference_ns = steady_ns() - begin;
     if (!count) continue;
-    // The first of the two, whose data may be cold.
+    // The first of the two, whose data may not be in the cache.
     timing.tick.add(took_ns[0]);
     timing.work.add(std::min(took_ns[0], took_ns[1]));
     timing.reference.add(reference_ns);
@@ -111,8 +113,8 @@ void run_block(Contestant& contestant, int frames, bool count) {
   if (!(sink > 0.0)) throw Mismatch("The fixed work came to nothing.");
 }
 
-/// All contestants in turn, block by block, so that a disturbance hits all alike. After each block
-/// a pause of a tenth: a real-time thread that never waits is stopped by the system.
+/// All contestants in turn, block by block, so that a disturbance affects all equally. A pause of a
+/// tenth follows each block: the system stops a real-time thread that never waits.
 void run_all(std::vector<Contestant>& contestants, int64_t frames) {
   constexpr int kBlock = 5000;
   for (Contestant& c : contestants) run_block(c, kBlock, false);

@@ -30,9 +30,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kClip_mm = 8.0;   // distances beyond are cut
-constexpr double kFull_n = 4.0;    // strength of every wall
-constexpr double kClear_mm = 8.0;  // before a place nothing may be in the way for so far
+// Larger distances are cut.
+constexpr double kClip_mm = 8.0;
+constexpr double kFull_n = 4.0;  // strength of every wall
+// In front of a place there must be nothing over this distance.
+constexpr double kClear_mm = 8.0;
 
 template <class T>
 T value(Result<T> result) {
@@ -48,13 +50,13 @@ Mask mask_of(const Volume& of, const IsInside& is_inside) {
   return mask;
 }
 
-/// As a segment is felt and seen.
+/// The distance in the form in which a segment is felt and drawn.
 std::shared_ptr<const FrameData> smooth_distance(const Volume& of, const IsInside& is_inside) {
   return sampled_scalar(signed_distance(mask_of(of, is_inside)));
 }
 
-/// Within each slice: signed distance to the border of the pixels that are inside, as boxes, mm,
-/// above 0 inside, cut at kClip_mm.
+/// Within each slice: signed distance to the border of the pixels that are inside, taken as boxes,
+/// mm, above 0 inside, cut at kClip_mm.
 Volume distance_in_slices(const Volume& of, const IsInside& is_inside) {
   const Grid& grid = of.grid;
   const Mask inside = mask_of(of, is_inside);
@@ -81,10 +83,11 @@ Volume distance_in_slices(const Volume& of, const IsInside& is_inside) {
   return distance;
 }
 
-/// Points where the distance in frame 0 is 0 and its slope is that of a wall, spread evenly: each
+/// Points where the distance in frame 0 is 0 and has the slope of a wall, spread evenly: each is
 /// the farthest from those before it.
 struct Choice {
-  glm::dvec3 towards{0.0};             ///< volume space: where the hand is; 0: anywhere
+  /// Volume space: the direction of the hand; 0: any.
+  glm::dvec3 towards{0.0};
   std::function<bool(glm::dvec3)> ok;  ///< of a point, volume space; empty: all
   int slice_low = 0, slice_high = 1 << 20;
 };
@@ -142,7 +145,7 @@ struct Motions {
   std::vector<MotionData> pairs;  ///< one: consecutive fields with their confidences
 };
 
-/// Estimated, or read where they were kept.
+/// Estimated, or read from the folder where an earlier run stored them.
 Motions motions_of(const HeartsOptions& options, const std::string& name,
                    files::SequenceReader& reader, const FrameTimes& times) {
   const size_t count = reader.frame_count();
@@ -194,7 +197,8 @@ Motions motions_of(const HeartsOptions& options, const std::string& name,
   return motions;
 }
 
-/// A sequence as it is read, felt by its values: each frame's own, and the reference frame's.
+/// A sequence as it is read, felt by its values: with each frame's own, and with the reference
+/// frame's.
 struct ReadSequence {
   files::SequenceReader reader;
   MovingVolume own;
@@ -214,7 +218,7 @@ ReadSequence read(const HeartsOptions& options, const std::string& name,
     data.frames.frames.push_back(value(reader.frame(k)));
   WallValue otsu = value_between_groups(data.frames.frames.front());
   if (options.level != 0.0) otsu.iso_value = options.level;
-  // Files without times: the true length of this heart's beat.
+  // For files without times: the true period of this heart.
   if (!reader.times_known()) spec.frames_per_second = double(reader.frame_count()) / 0.63;
   MovingVolume own = value(build(spec, std::move(data)));
   Motions motions = motions_of(options, name, reader, own.times);
@@ -240,8 +244,8 @@ void add_by_values(Subject& subject, const ReadSequence& from) {
   subject.felt.push_back(std::move(carried_values));
 }
 
-/// What is felt without a segmentation, each on its own surface: the values, and the walls made of
-/// them.
+/// Ways to feel without a segmentation, each with its own surface: the values, and the walls
+/// derived from them.
 void add_derived(Subject& subject, const Volume& reference, const HeartsOptions& options) {
   const auto carried_volume = subject.felt.back().volume;
   const auto add = [&](const std::string& name, const Volume& distance_mm, bool values) {
@@ -293,7 +297,8 @@ Subject beating_heart(const HeartsOptions& options) {
     const auto first = smooth_distance(labels[0], of.is_inside);
     with_segments->segments.push_back({of.segment, glm::vec3(1.0F), {wall.distance_mm}});
     Choice choice;
-    choice.towards = {0.0, 0.0, 1.0};  // the hand is before the patient's chest
+    // The hand is in front of the patient's chest.
+    choice.towards = {0.0, 0.0, 1.0};
     choice.slice_low = 2;
     choice.slice_high = 12;
     wall.places = places_on(*first, labels[0].grid, options.places, choice);

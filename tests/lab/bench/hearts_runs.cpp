@@ -18,10 +18,13 @@ constexpr double kPush_n = 1.0;
 constexpr double kHolds_n = 0.3, kGone_n = 0.1;
 constexpr double kClear_m = 8e-3, kBehind_m = 8e-3;
 constexpr double kApproach_m_per_s = 0.02, kFollow_m_per_s = 0.05, kFollow_s = 0.2;
-constexpr double kStarting_s = 2.3;  // the guards let the force in over two seconds
-constexpr double kSettle_s = 0.6;    // from the first press until it has to hold
-constexpr double kInside_mm = 2.0;   // the hand is inside of the wall without doubt
-constexpr double kFallen_mm = 3.0;   // of the proxy behind the wall
+// The guards' start ramp takes two seconds.
+constexpr double kStarting_s = 2.3;
+// From the first press until the wall has to hold.
+constexpr double kSettle_s = 0.6;
+// From here on the hand is certainly inside of the wall.
+constexpr double kInside_mm = 2.0;
+constexpr double kFallen_mm = 3.0;  // of the proxy behind the wall
 constexpr double kAlong_m_per_s = 0.04, kReach_m = 0.010;
 
 SceneSpec scene_of(const Wall& wall, const Felt& felt) {
@@ -40,7 +43,7 @@ SceneSpec scene_of(const Wall& wall, const Felt& felt) {
   return spec;
 }
 
-/// Where a hand that goes along a wall is aside of its place, m, after a time.
+/// The offset of a hand that moves along a wall from its place, m, after a time.
 glm::dvec2 aside_of(Way way, double time_s) {
   const double gone = kAlong_m_per_s * time_s;
   if (way == Way::kStroke) {  // 0, +10, -10, 0, ...
@@ -57,7 +60,8 @@ glm::dvec2 aside_of(Way way, double time_s) {
   return {0.0, 0.0};
 }
 
-/// Where material is in the motion's reference frame; the last place known if it can not be found.
+/// The place of material in the motion's reference frame; the last known place if it can not be
+/// found.
 class Reference {
  public:
   explicit Reference(const SequenceMap* map) : map_(map) {}
@@ -116,7 +120,8 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
   const glm::dvec3 aside_y = glm::cross(out, aside_x);
   devices::MassProperties body{
       .mass_kg = 0.15, .damping_n_s_per_m = 2.0, .coulomb_n = 0.0, .hand = devices::kHumanHand};
-  double height_m = kClear_m;  // of where the hand means to be, over the place
+  // Of the hand's target, over the place.
+  double height_m = kClear_m;
   glm::dvec3 meant = place.at_m + out * height_m;
   devices::HeldMass hand(body, meant);
   Reference of_proxy(subject.whole.get()), of_hand(subject.whole.get()),
@@ -126,7 +131,8 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
   TickInput input;
   glm::dvec3 force_n(0.0), last_wanted_n(0.0), last_probe(0.0);
   std::optional<double> pressed_s;
-  std::optional<glm::dvec3> met;  // in the reference frame
+  // In the reference frame.
+  std::optional<glm::dvec3> met;
   double sum_n = 0.0, gone_s = 0.0;
   bool is_weak_inside = false, is_weak_outside = false;
   int counted = 0, weak = 0, last_frame = -1;
@@ -135,7 +141,7 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
   for (int tick = 0; 1e-3 * tick < ends_s(); ++tick) {
     const double time_s = 1e-3 * tick;
     input.event_count = 0;
-    // It begins to move when the hand presses.
+    // The sequence begins to play when the hand presses.
     const bool starts = moving && pressed_s && time_s >= *pressed_s + 0.5 * kSettle_s &&
                         time_s < *pressed_s + 0.5 * kSettle_s + 1.5e-3;
     if (tick == 0 || starts) {
@@ -154,7 +160,7 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
     force_n = felt_now.command.force_n;
     const double pressing_n = glm::dot(force_n, out);
 
-    // Where the hand means to be: towards the wall, then so that it leans with kPush_n.
+    // The hand's target: towards the wall, then so that it leans with kPush_n.
     if (time_s > kStarting_s) {
       double rate = -kApproach_m_per_s;
       if (pressed_s || pressing_n > 0.1)
@@ -177,7 +183,7 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
     if (pressed_s && moving) result.meant.push_back(of_meant.of(meant, at));
     hand.advance(1e-3, force_n, before, meant);
 
-    // What the force did.
+    // The change of the force.
     const double change_n = glm::length(felt_now.wanted_n - last_wanted_n);
     const glm::dvec3 carried = haptics.run()->carriers[0].carried_m;
     const double by_hand_n =
@@ -194,8 +200,8 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
     if (!pressed_s) continue;
     const glm::dvec3 proxy = of_proxy.of(felt_now.proxy_m, at);
     if (!met) met = proxy;
-    // In from where the wall was met, and further from the wall that was drawn: what slides along a
-    // bent wall does only the first, what slides along a wall that lies elsewhere only the second.
+    // Relative to the place where the wall was met, and to the given wall. Sliding along a curved
+    // wall changes only the first, sliding along a wall at another place only the second.
     const auto behind_mm = [&](glm::dvec3 there) {
       const double from_wall_mm = wall.distance_mm->scalar(there);
       if (way != Way::kHold) return from_wall_mm;
@@ -204,7 +210,7 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
     };
     if (time_s < *pressed_s + kSettle_s) continue;
 
-    // Is it still on the wall?
+    // Whether it is still on the wall.
     ++counted;
     const double now_n = glm::length(force_n);
     sum_n += now_n;
@@ -219,7 +225,7 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
       weak += hand_mm > 0.0;
     }
     gone_s = now_n < kGone_n && hand_mm > kInside_mm ? gone_s + 1e-3 : 0.0;
-    // Along the wall the distance to the contours says it, but only if the hand is in there too.
+    // Along the wall the distance to the contours decides, but only if the hand is inside too.
     const bool behind = proxy_mm > kFallen_mm && (way == Way::kHold || now_n < kHolds_n);
     if ((behind || gone_s > 0.02) && result.fell_at_s < 0.0) result.fell_at_s = time_s - *pressed_s;
     if (moving && at.frame != last_frame && now_n > kHolds_n && felt_now.primitives > 0) {

@@ -16,11 +16,10 @@ struct OwnPair {
   std::filesystem::path mask;                    ///< where the error counts; with a truth
 };
 
-/// Reads it; a moving frame on another grid is resampled. Errors: kBadInput with a sentence.
+/// Reads it; a moving frame on another grid is resampled. Errors: kBadInput with a message.
 Result<studies::MotionCase> read_own_pair(const OwnPair& pair);
 
-/// The real chest CT in known motion in `folder` (pair_fixed.mha, ...); nothing where there is
-/// none.
+/// The real chest CT with known motion in `folder` (pair_fixed.mha, ...); nothing if there is none.
 Result<std::optional<studies::MotionCase>> read_known_ct(const std::filesystem::path& folder);
 
 }  // namespace palpate::bench

@@ -8,33 +8,36 @@
 #include "tests/lab/bench/anatomies.h"
 #include "tests/lab/bench/tools.h"
 
-/// Pairs of large motion: fixed(x) = gain(x) image(x + u(x)) + noise, moving = image + other noise,
-/// u given by a formula, so that the truth is exact.
+/// Pairs of large motion: fixed(x) = gain(x) image(x + u(x)) + noise, moving = image + other noise.
+/// u is given by a formula, so that the truth is exact.
 namespace palpate::bench {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Where an image comes from and how its material moves. Lengths in voxels of the finest axis.
+/// The source of an image and the motion of its material. Lengths in voxels of the finest axis.
 struct Motion {
   int axis = 2;            ///< of the image, along which the material moves
   double amplitude = 0.0;  ///< towards higher indices if positive
   enum class Kind { kFading, kSliding, kNarrow, kFine } kind = Kind::kFading;
   double noise = 0.1;  ///< SD of each frame's noise, as a share of the SD of the image in its mask
-  double gain = 0.0;   ///< fixed is brighter by so much at one end, and darker at the other
+  /// The change of brightness of fixed: brighter by this at one end, darker at the other.
+  double gain = 0.0;
   uint32_t seed = 1;
 };
 
-constexpr double kSlope = 0.5;      // mean slope of the motion where it sets in
+// Mean slope of the motion where it begins.
+constexpr double kSlope = 0.5;
 constexpr double kSideways = 0.15;  // motion along the other axes, as a share
 constexpr double kRadius = 0.62;    // of the sliding cylinder, as a share of the image's half width
 constexpr double kNarrowRadius = 0.75;  // of a narrow cylinder, as a share of the motion
 constexpr double kNarrowSoft = 0.75;    // width of its edge, as a share of the motion
-constexpr int kMeanRounds = 50;       // of blurring, SD 5 voxels: what is left out of fine material
+// Of blurring, SD 5 voxels: the coarse part, which kFine removes.
+constexpr int kMeanRounds = 50;
 constexpr double kBorderSoft = 2.0;   // voxels: width of the jump
 constexpr double kBorderReach = 5.0;  // voxels on each side of the border that count as near it
 
-/// (1 2 1)/4 along each axis, so many times: a Gaussian of SD sqrt(times / 2) voxels.
+/// (1 2 1)/4 along each axis, this many times: a Gaussian of SD sqrt(times / 2) voxels.
 Volume blurred(Volume image, int times) {
   const glm::ivec3 n = image.grid.size;
   for (int round = 0; round < 3 * times; ++round) {
@@ -54,8 +57,8 @@ Volume blurred(Volume image, int times) {
   return image;
 }
 
-/// What moves: the image, a little blurred, so that its own noise, which both frames would share,
-/// gets small; or only what is fine in it.
+/// The moving material: the image, a little blurred, so that its own noise, which both frames would
+/// share, gets small; or only its fine structures.
 Volume material(const Volume& source, Motion::Kind kind) {
   Volume image = blurred(source, 1);
   if (kind != Motion::Kind::kFine) return image;
@@ -198,7 +201,7 @@ std::vector<CaseSource> large_motion_cases(const fs::path& data) {
                      }});
     }
   };
-  // The image of a pair; amplitudes of three motions.
+  // The image of a pair, and the amplitudes of three motions.
   const auto kit = [&](const char* pair, const char* anatomy, int axis,
                        std::array<double, 3> amplitudes) {
     add(anatomy, data / "kit" / pair / "fixed.mha", data / "kit" / pair / "mask.mha", axis,

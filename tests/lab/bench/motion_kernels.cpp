@@ -12,10 +12,10 @@
 namespace palpate::bench {
 namespace {
 
-// of a step between two stamps: short ones drown in the stamp otherwise
+// Of a step between two time stamps: else the stamp's own time is larger than a short step's.
 constexpr int kRepeats = 5;
 
-/// What a step costs over all levels; bytes 0: not told.
+/// The time of a step over all levels; bytes 0: unknown.
 struct Total {
   std::string name;
   double seconds = 0.0, bytes = 0.0, calls = 0.0;
@@ -31,7 +31,8 @@ std::vector<double> seconds_of(const MotionBench& bench, const std::vector<Step>
     for (int k = 0; k < kRepeats; ++k) step.record(recorder);
     recorder.stamp(step.name);
   }
-  recorder.run();  // compiles and warms up
+  // Compiles and warms up.
+  recorder.run();
   std::vector<std::vector<double>> samples(steps.size());
   for (int run = 0; run < bench.runs; ++run) {
     recorder.run();
@@ -44,8 +45,8 @@ std::vector<double> seconds_of(const MotionBench& bench, const std::vector<Step>
   return result;
 }
 
-/// Bytes read and written per second by a plain copy that no cache holds: what the device's memory
-/// can do, for the kernels to be measured by.
+/// Bytes read and written per second by a plain copy that is larger than any cache: the bandwidth
+/// of the device's memory, with which the kernels are compared.
 double copy_rate(const MotionBench& bench) {
   constexpr uint64_t kBytes = 128U << 20;
   vulkan::Buffer from(bench.context, kBytes), to(bench.context, kBytes);
@@ -70,7 +71,7 @@ const LevelReport* report_of(const SolveReport& report, const MotionPlan& plan, 
   return &report.levels[report.levels.size() - 1 - (level - finest)];
 }
 
-/// Every step of a pair, summed over the levels, in the order in which they come.
+/// Every step of a pair, summed over the levels, in the order of execution.
 std::vector<Total> totals_of(const MotionBench& bench, WarmPair& pair, const SolveReport& report) {
   std::vector<Total> totals;
   for (size_t l = 0; l < pair.plan().levels.size(); ++l) {

@@ -92,7 +92,8 @@ std::vector<Cell> pair_row(const MotionBench& bench, const Sequence& heart,
   std::vector<PairRun> runs;
   for (int k = 0; k <= bench.runs; ++k) {
     PairRun run = pair.run(heart.frames[0], heart.frames[1]);
-    if (k > 0) runs.push_back(std::move(run));  // the first one compiles
+    // The first run compiles.
+    if (k > 0) runs.push_back(std::move(run));
   }
   const PairRun run = median_run(std::move(runs));
   const Score error = score(run.field, shell_truth(grid, 0, 1, frames), shell_mask(grid, 0, frames),
@@ -110,7 +111,7 @@ std::vector<Cell> pair_row(const MotionBench& bench, const Sequence& heart,
           number(double(bench.context->memory_peak_bytes()) / double(grid.count()), 1)};
 }
 
-/// Empty if the work fits, in one piece or in slabs.
+/// Empty if the work fits into memory, in one piece or in slabs.
 std::string why_not(const MotionBench& bench, const Grid& grid, const MotionOptions& options) {
   MotionPlan plan = plan_motion(grid, options);
   const double needed = double(plan.device_bytes);

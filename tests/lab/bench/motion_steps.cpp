@@ -25,7 +25,7 @@ glm::ivec3 rows_of(glm::ivec3 size) {
   return {(size.x + 63) / 64, size.y, size.z};
 }
 
-/// Axes that a Gaussian works along at all.
+/// The number of axes that a Gaussian filters.
 int axes(glm::ivec3 size, glm::dvec3 sigma) {
   int count = 0;
   for (int a = 0; a < 3; ++a) count += gauss_push(size, a, sigma[a]).radius.x > 0;
@@ -41,8 +41,7 @@ LevelSteps::LevelSteps(const std::shared_ptr<vulkan::Context>& context, WarmPair
   cells_ = product(level_.cells);
   moment_cells_ = product(level_.moment_cells);
   vulkan::Recorder recorder(context);
-  // Cleared, because what a fresh image holds may be denormal numbers, which some devices are slow
-  // at.
+  // Cleared, because a new image may contain denormal numbers, which are slow on some devices.
   const auto make = [&](vulkan::Image& image, glm::ivec3 size, VkFormat format) {
     image = vulkan::Image(context, size, format);
     recorder.prepare(image);
@@ -72,7 +71,7 @@ LevelSteps::LevelSteps(const std::shared_ptr<vulkan::Context>& context, WarmPair
 
   add_pyramid();
   if (!report || report->all_brick_iterations <= 0.0) return;
-  // Iterations in which only some bricks were computed count as that part of one.
+  // Iterations in which only some bricks were computed count as this fraction of one.
   const double iterations = report->brick_iterations / double(bricks_.size());
   const bool by_turns = pair.plan().options.checkerboard;
   const double all = by_turns ? std::min(1.0, iterations) : iterations;
@@ -164,7 +163,7 @@ void LevelSteps::add_data_term(double all, double half) {
   const double of_cells = (kFloats + 3.0 * kHalves) * cells_;
   steps_.push_back(
       {"data term, every voxel", 2.0 * kHalves * voxels_ + of_cells, all, 1, record(-1)});
-  // All of the moving image is touched: the neighbours of a voxel's partner belong to the others.
+  // All of the moving image is read: the neighbours of a voxel's partner belong to the other half.
   if (half > 0.0) {
     steps_.push_back(
         {"data term, half the voxels", 1.5 * kHalves * voxels_ + of_cells, half, 1, record(0)});
@@ -207,7 +206,7 @@ void LevelSteps::add_update(double calls) {
 void LevelSteps::add_filter(double calls) {
   MotionKernels& kernels = *pair_.kernels();
   const MotionOptions& options = pair_.plan().options;
-  // Weights do not change what the kernels cost: unit slopes will do.
+  // The time of the kernels does not depend on the weights: unit slopes are used.
   const shaders::TotalVariationPush push{
       wide(level_.cells),
       glm::vec4(1, 1, 1, 0),

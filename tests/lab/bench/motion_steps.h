@@ -13,7 +13,8 @@ namespace palpate::bench {
 /// One step of the engine on one level, ready to be recorded alone.
 struct Step {
   std::string name;
-  double bytes = 0.0;  ///< that one call must move at least
+  /// The minimum for one call.
+  double bytes = 0.0;
   double calls = 0.0;  ///< in one estimation of a pair
   int dispatches = 1;
   std::function<void(vulkan::Recorder&)> record;
@@ -23,7 +24,7 @@ struct Step {
 /// them. One thread. Throws vulkan::Failure.
 class LevelSteps {
  public:
-  /// `report`: of the level, null if the solver did not work on it.
+  /// `report`: of the level; null if the solver did not work on it.
   LevelSteps(const std::shared_ptr<vulkan::Context>& context, WarmPair& pair, size_t level,
              const LevelReport* report);
 

@@ -28,10 +28,10 @@ const std::vector<Column> kPhantomColumns = {
     {"device_bytes_per_voxel", "B/voxel"},
 };
 
-/// Times a pair with warm kernels after checking that it is the public estimation.
+/// Times a pair with warm kernels, after a check that the result is that of the public estimation.
 PairRun timed(const MotionBench& bench, WarmPair& pair, const Volume& fixed, const Volume& moving) {
   demand_same_as_public(bench.context, pair.run(fixed, moving), fixed, moving, pair.plan().options);
-  // The paper's method takes tens of times as long on a CPU: once must do.
+  // The paper's method takes tens of times as long on a CPU, so it runs once.
   const bool classic = pair.plan().options.method == MotionMethod::kClassic;
   std::vector<PairRun> runs;
   for (int k = 0; k < (classic ? 1 : bench.runs); ++k) runs.push_back(pair.run(fixed, moving));
@@ -51,7 +51,7 @@ std::vector<Cell> phantom_row(const std::string& what, const Grid& grid, const s
   return row;
 }
 
-/// A synthetic pair, where it is scored, and what the targets call that.
+/// A synthetic pair, where it is scored, and its name in the targets.
 struct Phantom {
   std::string name;
   Volume fixed, moving;
@@ -112,7 +112,7 @@ void add_presets(MotionBench& bench, const Phantom& phantom, Table& table) {
   }
 }
 
-/// Peers run once. Whether they gain anything is what is found out.
+/// Peers run once. Whether they are better than no motion is a finding.
 void add_peers(MotionBench& bench, const Phantom& phantom, Table& table) {
   for (const auto& peer : bench.peers()) {
     const auto result = peer->run(phantom.fixed, phantom.moving);
@@ -220,7 +220,7 @@ Table classic_table(MotionBench& bench) {
   const PairRun first = pair.run(beating.frames[0], beating.frames[1]);
   demand_same_as_public(bench.context, first, beating.frames[0], beating.frames[1], options);
   score(first.field, shell_truth(grid, 0, 1), shell_mask(grid, 0), "classic");
-  // By turns, so that a disturbance hits both alike.
+  // Alternating, so that a disturbance affects both equally.
   std::vector<double> ours, itks;
   for (int run = 0; run < bench.runs; ++run) {
     ours.push_back(pair.run(beating.frames[0], beating.frames[1]).report.levels.at(0).seconds /

@@ -15,13 +15,14 @@
 
 namespace palpate::bench {
 
-/// What all tables of motion share. Tables verify first, then time; they throw Mismatch if the
-/// answer is wrong, and vulkan::Failure if the device fails.
+/// Options and results that all tables of motion share. Tables verify first, then time; they throw
+/// Mismatch if the result is wrong, and vulkan::Failure if the device fails.
 struct MotionBench {
   std::shared_ptr<vulkan::Context> context;
-  int runs = 3;        ///< timed runs, of which the median counts
-  bool quick = false;  ///< small grids: to see that everything works
-  /// Other methods to measure beside; new ones each time. May give none.
+  int runs = 3;  ///< timed runs, of which the median counts
+  /// Small grids: a test that the benchmark works.
+  bool quick = false;
+  /// The other methods to measure; new objects in each call. May return none.
   std::function<std::vector<std::unique_ptr<PairMethod>>()> peers;
   /// Seconds of one iteration of ITK's plain Demons on size^3 voxels, Gauss of one voxel.
   std::function<Result<double>(int size)> demons_iteration_s;
@@ -32,11 +33,11 @@ struct MotionBench {
 /// Error and time of every preset and peer on the beating heart and on the sliding organ.
 Table phantom_table(MotionBench& bench);
 
-/// What it saves that bricks rest which do not move or show nothing.
+/// What is saved because bricks without motion or without structure are left out.
 Table resting_table(const MotionBench& bench);
 
-/// The paper's method, every voxel computed: voxel-iterations per second on one level, beside ITK's
-/// Demons.
+/// The paper's method, every voxel computed: voxel-iterations per second on one level, and the same
+/// of ITK's Demons.
 Table classic_table(MotionBench& bench);
 
 /// Sequences through SequenceEstimator: frames in host memory in, fields in host memory out.
@@ -45,7 +46,7 @@ Table sequence_table(const MotionBench& bench);
 /// A pair of 512 x 512 x 400 and a sequence of ten such frames, where they fit the device.
 Table large_table(const MotionBench& bench);
 
-/// The real chest CT, the whole breath: every preset and peer, error beside time.
+/// The real chest CT, the whole breath: error and time of every preset and peer.
 Table breath_table(MotionBench& bench, const CtData& ct);
 /// Two steps of its breathing sequence.
 std::vector<Table> step_tables(MotionBench& bench, const CtData& ct);
@@ -56,11 +57,11 @@ Table cycle_table(MotionBench& bench, const CtData& ct);
 /// Forward against backward, and against the field's own inverse.
 Table consistency_table(MotionBench& bench, const CtData& ct);
 
-/// What the tables before it found, beside what is to be reached.
+/// The results of the earlier tables, with the targets.
 Table targets_table(const MotionBench& bench);
 
-/// Of a field against truth inside a mask; throws Mismatch if it is not better than no motion at
-/// all (`better` false: not asked).
+/// Of a field compared with the truth inside a mask. Throws Mismatch if it is not better than no
+/// motion (`better` false: not checked).
 struct Score {
   double mean_voxels = 0.0;
   double p95_voxels = 0.0;

@@ -1,4 +1,4 @@
-// What was found beside what is to be reached.
+// The results with the targets.
 #include <cmath>
 #include <optional>
 

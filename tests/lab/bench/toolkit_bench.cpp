@@ -1,6 +1,6 @@
-// What a host pays for going through the C library: the tick in its own loop beside the servo
-// loop's, and a picture in its images beside one in the renderer's own buffers. Each pair takes
-// turns, and is checked to give the same before it is timed.
+// The cost of the C library for a host: the tick in its own loop compared with the servo loop's,
+// and a picture in its images compared with one in the renderer's own buffers. The two of each
+// comparison alternate, and must give the same result before they are timed.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -175,7 +175,8 @@ void bench_view(PictureSize size) {
   test::HostImage depth(*context, size, VK_FORMAT_D32_SFLOAT, VK_IMAGE_ASPECT_DEPTH_BIT,
                         VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL);
   const std::vector<uint32_t> colours(colour.pixels(), 0xff201a1bu);
-  const std::vector<uint32_t> depths(depth.pixels(), 0x3f800000u);  // 1: the far end
+  // 1: the far end.
+  const std::vector<uint32_t> depths(depth.pixels(), 0x3f800000u);
   HostImages images;
   images.colour_format = VK_FORMAT_R8G8B8A8_SRGB;
   images.depth_format = VK_FORMAT_D32_SFLOAT;
@@ -188,7 +189,7 @@ void bench_view(PictureSize size) {
   images.inverse_depth_1 = 1.0 / 5.0;
 
   const auto draw = [&](const HostImages* into) {
-    // A host draws its own picture anew; here only its background comes back.
+    // A host draws its own picture each time; here only its background is restored.
     const auto begin = Clock::now();
     const Status started =
         into ? (*renderer)->start(scene, eyes, size, *into) : (*renderer)->start(scene, eyes, size);

@@ -13,7 +13,7 @@ namespace palpate::bench {
 using namespace palpate::report;
 using namespace palpate::studies;
 
-/// What a call gave; throws Mismatch with its sentence where it failed.
+/// The result of a call; throws Mismatch with its message if the call failed.
 template <class T>
 T value_or_throw(Result<T> result) {
   if (!result) throw Mismatch(result.error().message);

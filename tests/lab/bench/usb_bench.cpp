@@ -1,5 +1,5 @@
-// A Falcon's turnaround over the emulated bus, command to answer. A program of its own: the
-// emulation stands in front of libusb and libudev for the whole process.
+// The turnaround of a Falcon on the emulated bus, from command to answer. A program of its own: the
+// emulation replaces libusb and libudev for the whole process.
 #include <fmt/format.h>
 
 #include <cstdio>

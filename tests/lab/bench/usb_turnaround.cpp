@@ -24,7 +24,8 @@ constexpr glm::dvec3 kPlace{0.010, -0.005, 0.140};
 constexpr double kCount_m = 60e-6;  // half a count of each encoder
 // 16 bytes of ten bits each way.
 constexpr double kWire_us = 2 * 16 * 10 / 1.5;
-constexpr int kWarm = 100, kRounds = 8;  // in turns: other programs come and go
+// Alternating, because the load by other programs changes.
+constexpr int kWarm = 100, kRounds = 8;
 
 double since_us(Clock::time_point start) {
   return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
@@ -43,7 +44,7 @@ EmulatedFalcon::Options emulated(int port) {
   return options;
 }
 
-/// Times of exchanges of one kind; empty if one gave no answer.
+/// Times of exchanges of one kind; empty if one had no answer.
 std::vector<double> timed(int exchanges, const std::function<bool()>& exchange) {
   std::vector<double> times_us;
   for (int n = 0; n < kWarm + exchanges; ++n) {
@@ -96,13 +97,13 @@ std::vector<double> of_libusb(int port, bool event_character, BareExchange::Way 
   return timed(exchanges, [&] { return bare.exchange(way); });
 }
 
-/// All that is computed for one exchange, with a grip that moves.
+/// The computation for one exchange, with a grip that moves.
 double computing_us(int exchanges) {
   std::vector<falcon::Packet> answers;
   for (int n = 0; n < 64; ++n) {
     const auto joints = falcon::inverse(kPlace + glm::dvec3(0.0, 1e-5 * n, 0.0));
     const glm::dvec3 counts = falcon::encoder_counts(joints->arm);
-    // An answer is laid out as a command is, but for one byte of flags.
+    // An answer has the layout of a command, except for one byte of flags.
     falcon::FalconCommand command;
     for (int e = 0; e < 3; ++e) command.motors[size_t(e)] = int16_t(std::lround(counts[e]));
     falcon::Packet packet = falcon::encode(command);

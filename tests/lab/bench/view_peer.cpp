@@ -1,7 +1,8 @@
-// VTK's GPU ray caster on the same data, looks and eyes as `palpate-lab view`, one line a
+// VTK's GPU ray caster on the same data, looks and eyes as `palpate-lab view`, one line per
 // measurement:
 //   look samples_per_voxel seconds psnr_db
-// Needs an X server (Xvfb will do). Its pictures are compared with its own at an eighth of a voxel.
+// Needs an X server (Xvfb is enough). Its pictures are compared with its own at an eighth of a
+// voxel.
 #include <vtkCamera.h>
 #include <vtkColorTransferFunction.h>
 #include <vtkGPUVolumeRayCastMapper.h>
@@ -36,7 +37,7 @@ double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// The data in volume space, mm: the axes of LPS are turned by exchanging samples' places.
+/// The data in volume space, mm: the axes of LPS are rotated by moving the samples.
 vtkNew<vtkImageData> image_of(const Volume& data) {
   vtkNew<vtkImageData> image;
   const glm::ivec3 n = data.grid.size;
@@ -134,7 +135,7 @@ int main(int count, char** arguments) {
       }
       const double quality_db = studies::psnr_db(picture, reference);
       if (quality_db < studies::kEnoughDb) continue;
-      // The coarsest rate that is good enough is the one that counts.
+      // Only the coarsest rate with sufficient quality counts.
       std::printf("%s %.4f %.6f %.4f\n", look.name.c_str(), rate, best, quality_db);
       std::fflush(stdout);
       break;

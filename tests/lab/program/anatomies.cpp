@@ -1,7 +1,7 @@
-// How well settings of the motion engine do on data that they were not chosen on: every pair with
-// known motion (kit, lung, made), every preset and every candidate setting; and, for the choice
-// between the candidates, what it gives for an anatomy when it is made on all others. The same once
-// more for pairs of large motion. ITK's Demons beside, chosen in the same way.
+// How accurate settings of the motion engine are on data that were not used to choose them: every
+// pair with known motion (kit, lung, synthetic), every preset and every candidate setting; and for
+// each anatomy the result of a choice between the candidates that was made on all others. The same
+// again for pairs of large motion. ITK's Demons for comparison, chosen in the same way.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -51,13 +51,14 @@ struct Variant {
   std::string name() const { return settings.empty() ? preset : preset + " " + settings; }
 };
 
-/// What a variant found for a pair, errors in voxels of the finest axis.
+/// The result of a variant for a pair, errors in voxels of the finest axis.
 struct Score {
   double error = 0.0;
   std::optional<double> border;
   size_t folded = 0;
   double seconds = 0.0;
-  Reliability reliability;  ///< empty unless wished for
+  /// Empty unless requested.
+  Reliability reliability;
 };
 
 struct Measured {
@@ -110,8 +111,8 @@ PairResult run_once(PairMethod& method, const KnownCase& pair) {
   return std::move(*result);
 }
 
-/// A first run makes the kernels ready and gives the field; timed runs follow, all variants by
-/// turns, so that a disturbance hits them alike. Peers run once.
+/// A first run compiles the kernels and gives the field; timed runs follow, alternating between all
+/// variants, so that a disturbance affects them equally. Peers run once.
 Measured measure(const CaseSource& source, const std::vector<Variant>& variants,
                  const AnatomiesCommand& command) {
   const KnownCase pair = source.make();
@@ -209,8 +210,8 @@ Table summary_table(const std::string& title, const std::vector<Variant>& varian
   return table;
 }
 
-/// Of the variants of one preset: the one with the smallest geometric mean over all anatomies but
-/// one.
+/// Of the variants of one preset: the one with the smallest geometric mean over all anatomies
+/// except one.
 size_t chosen_without(const std::string& left_out, size_t begin, size_t end,
                       const std::vector<std::map<std::string, double>>& errors) {
   size_t chosen = begin;
@@ -277,8 +278,8 @@ Table left_out_table(const std::string& title, const std::vector<Variant>& varia
   return table;
 }
 
-/// Calibration of confidence for a variant: for every anatomy, its pairs alike; and for all
-/// anatomies alike.
+/// Calibration of confidence for a variant: for every anatomy, with equal weight of its pairs; and
+/// for all anatomies, with equal weights.
 std::vector<NamedReliability> reliability_by_anatomy(const std::vector<Measured>& all, size_t v) {
   std::map<std::string, Reliability> anatomies;
   for (const Measured& pair : all) anatomies[pair.anatomy].add_evenly(pair.scores[v].reliability);
@@ -332,9 +333,10 @@ Result<std::string> page_of(const std::vector<Variant>& variants, const std::vec
   return html(page);
 }
 
-/// Pairs that are told about together.
+/// Pairs that are reported together.
 struct Kind {
-  std::string name;  ///< as it stands after "Every pair"; empty: the usual ones
+  /// As it is after "Every pair"; empty: the usual ones.
+  std::string name;
   std::vector<CaseSource> (*cases)(const fs::path& data);
 };
 
@@ -345,7 +347,7 @@ std::vector<Kind> kinds_of(const AnatomiesCommand& command) {
   return kinds;
 }
 
-/// Pairs or anatomies whose name holds what was asked for.
+/// Pairs or anatomies whose name contains the requested text.
 std::vector<CaseSource> sources_of(const AnatomiesCommand& command, const Kind& kind) {
   auto sources = kind.cases(command.data);
   std::erase_if(sources, [&](const CaseSource& source) {

@@ -5,10 +5,10 @@
 
 namespace palpate::app {
 
-/// The program of a name in the folder of this one; nothing where there is none that may be run.
+/// The program of this name in the folder of the running one; nothing if there is no executable.
 std::optional<std::filesystem::path> program_beside(const char* name);
 
-/// Whether a program of this name is on PATH.
+/// Whether a program of this name is on the PATH.
 bool on_path(const char* name);
 
 }  // namespace palpate::app

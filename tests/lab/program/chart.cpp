@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// On two cores nothing is left out in these times, unless other programs keep them busy.
+// On two cores nothing is left out in these times, unless other programs use the cores.
 constexpr double kFullMinutes = 18.0, kQuickMinutes = 5.0;
 
 struct ChartCommand {
@@ -44,7 +44,7 @@ std::string joined_studies() {
   return names;
 }
 
-/// What the words on the command line ask for.
+/// The request on the command line.
 struct Wish {
   std::vector<const ChartStudy*> studies;
   std::optional<bench::OwnPair> own;
@@ -98,7 +98,7 @@ Result<Wish> wish_of(const ChartCommand& command) {
     auto own = own_pair(command, files);
     if (!own) return own.error();
     wish.own = std::move(*own);
-    // A pair of one's own is a question about motion.
+    // A pair of the user's own is for the study of motion.
     if (wish.studies.empty()) add(all.front());
     if (std::find(wish.studies.begin(), wish.studies.end(), &all.front()) == wish.studies.end())
       return bad("A pair of volumes belongs to the study 'motion': name it too.");
@@ -111,7 +111,7 @@ Result<Wish> wish_of(const ChartCommand& command) {
   return wish;
 }
 
-/// Before minutes of measuring: can the pictures be drawn at all?
+/// Checked before minutes of measuring: whether pictures can be drawn at all.
 Status check_gnuplot() {
   report::Chart chart;
   chart.title = "test";
@@ -173,14 +173,14 @@ Status measure(const Wish& wish, ChartJob& job, report::Page& page) {
   for (const ChartStudy* study : wish.studies) whole += study->share;
   for (const ChartStudy* study : wish.studies) {
     const double begin = studies::now_s();
-    // What one study does not need is for those after it.
+    // The time that one study does not use is for the later ones.
     job.run.end_s = begin + std::max(0.0, end_s - begin) * study->share / (whole - done);
     job.run.progress = [&](double share, const std::string& doing) {
       now = doing;
       job.console->progress((done + share * study->share) / whole, doing);
     };
     auto section = study->run(job);
-    // Half of a study may not be enough to draw: that is not what ended it.
+    // Half of a study may not be enough to draw, but that is not the reason for the end.
     if (job.run.stop.stop_requested()) {
       return Error{ErrorKind::kCancelled,
                    fmt::format("Stopped at '{}'; no report was written", now)};

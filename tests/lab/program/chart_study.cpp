@@ -13,18 +13,20 @@
 namespace palpate::app {
 namespace {
 
-/// A pair to measure on, and how much is measured on it.
+/// A pair to measure, and how much is measured on it.
 struct Pair {
   studies::MotionCase known;
   bool few = false;  ///< only the settings and peers that differ most
 
-  double weight() const { return few ? 0.3 : 1.0; }  ///< of the time
+  /// Of the time.
+  double weight() const { return few ? 0.3 : 1.0; }
 };
 
-/// The pairs to measure on: made first, then real, then the user's own. Every setting and every
-/// peer runs on the most real pair of ours and on what the user brings, so that each is seen once.
+/// The pairs to measure: synthetic ones first, then real ones, then the user's own. All settings
+/// and peers run on the project's most realistic pair and on the user's, so that each is measured
+/// at least once.
 Result<std::vector<Pair>> pairs_of(const ChartJob& job) {
-  // What the user brings may be refused, so it is read before the others are made.
+  // The user's pair may be refused, so it is read before the others are made.
   std::optional<studies::MotionCase> own;
   if (job.own) {
     auto read = bench::read_own_pair(*job.own);
@@ -46,7 +48,7 @@ Result<std::vector<Pair>> pairs_of(const ChartJob& job) {
   return pairs;
 }
 
-/// Every setting and peer on one pair, which gets its share of the time that is left for `weight`
+/// All settings and peers on one pair, which gets its share of the time that is left for `weight`
 /// (its own and that of the pairs after it).
 studies::MotionMeasures measured(const ChartJob& job, const Pair& pair, double weight,
                                  std::vector<std::string>& missing) {
@@ -55,7 +57,7 @@ studies::MotionMeasures measured(const ChartJob& job, const Pair& pair, double w
   auto methods = studies::palpate_methods(run, pair.few);
   missing.clear();
   auto peers = motion_peers(pair.few, missing);
-  // Presets, then peers, then variations: where time runs out, the least is missing.
+  // Presets, then peers, then variations: if time runs out, the least important are missing.
   const auto rest = std::find_if(methods.begin(), methods.end(),
                                  [](const auto& method) { return !method->is_preset(); });
   methods.insert(rest, std::move_iterator(peers.begin()), std::move_iterator(peers.end()));
@@ -82,7 +84,7 @@ Result<report::Section> motion(const ChartJob& job) {
   if (!section) return section.error();
   for (const std::string& sentence : missing)
     section->parts.push_back(report::Note{sentence, true});
-  // The largest pair that is not the user's own speaks for this machine.
+  // The front for this machine comes from the largest pair that is not the user's own.
   if (!job.run.stop.stop_requested()) {
     const auto& known = measures[job.own ? measures.size() - 2 : measures.size() - 1];
     const Status kept = write_front(
@@ -98,7 +100,7 @@ Result<report::Section> feel(const ChartJob& job) {
 
 Result<report::Section> view(const ChartJob& job) {
   std::vector<std::string> missing;
-  // The peer first, with half of the time at most: a comparison is worth more than another rate.
+  // The peer first, with half of the time at most: a comparison is worth more than one more rate.
   studies::StudyRun peers = job.run;
   peers.end_s = studies::now_s() + 0.5 * job.run.left_s();
   job.run.tell(0.0, "view: VTK");

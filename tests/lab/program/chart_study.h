@@ -13,7 +13,7 @@
 
 namespace palpate::app {
 
-/// What the studies of one run share.
+/// Data that the studies of one run share.
 struct ChartJob {
   studies::StudyRun run;
   std::filesystem::path data;  ///< folder with lung/
@@ -21,17 +21,19 @@ struct ChartJob {
   Console* console = nullptr;
 };
 
-/// A study: the word on the command line, and what makes its part of the report. Throws as
-/// studies::StudyRun says. Errors: input that can not be read, gnuplot missing.
+/// A study: the word on the command line, and the function that makes its part of the report.
+/// Throws as documented at studies::StudyRun. Errors: input that can not be read, gnuplot missing.
 struct ChartStudy {
-  std::string word;    ///< "motion"
-  std::string about;   ///< for --help: what it answers
-  double share = 1.0;  ///< of the whole run's time, roughly: for the progress bar
+  std::string word;  ///< "motion"
+  /// For --help: the question that it answers.
+  std::string about;
+  /// Its approximate share of the whole run's time, for the progress bar.
+  double share = 1.0;
   bool by_default = true;
   std::function<Result<report::Section>(const ChartJob&)> run;
 };
 
-/// All studies, in the order of the report. One more is one more line in chart_study.cpp.
+/// All studies, in the order of the report. A new one is one more line in chart_study.cpp.
 const std::vector<ChartStudy>& chart_studies();
 
 }  // namespace palpate::app

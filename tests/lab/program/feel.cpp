@@ -1,5 +1,5 @@
-// The numbers that the hand's side of palpate is to reach, and what was measured on this machine:
-// time, accuracy, stability. The paper's own loop, built from the same parts, runs beside it.
+// The goals for the haptic loop, and the values measured on this machine: time, accuracy,
+// stability. The paper's own loop, built from the same parts, runs for comparison.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ struct FeelCommand {
   RowFiles rows;
 };
 
-/// A part of what is measured.
+/// A part of the measurements.
 struct Part {
   const char* word;
   std::function<Findings(const FeelBench&)> run;
@@ -40,7 +40,7 @@ const std::vector<Part>& parts() {
   return all;
 }
 
-/// All goals as one table: what, others, reach, aim, measured, what that meets, beside it.
+/// All goals as one table: what, others, reach, aim, measured, which limit is met, remarks.
 Table goal_table(const std::string& note, const std::vector<Goal>& goals) {
   Table table{"Goals",
               note,

@@ -1,7 +1,7 @@
-// How many harmonics a cycle needs: for sequences whose motion is known, or of which frames were
-// left out, what each number of them costs. A row per number: how unsteady the values at material
-// points are beside no smoothing (what the estimate goes by), what is wrong, and whether it was
-// chosen.
+// The number of harmonics that a cycle needs, for sequences whose motion is known or of which
+// frames were left out. A row per number: the unsteadiness of the values at material points
+// relative to no smoothing (which the estimation uses for its choice), the error, and whether this
+// number was chosen.
 #include <fmt/format.h>
 
 #include <numbers>
@@ -39,7 +39,7 @@ struct HarmonicsCase {
   std::string name;
   std::vector<Volume> frames;
   std::vector<double> times_s;
-  /// How wrong a motion is: mm, or the lack of Dice in per cent.
+  /// The error of a motion: mm, or 100 % minus the Dice overlap.
   std::function<double(const SequenceMotion&)> error;
 };
 
@@ -84,7 +84,7 @@ HarmonicsCase phantom(bool heart, int frames, double noise, int size) {
   return one;
 }
 
-/// The known motion of a pair as a cycle: frame k holds moving(x + s_k truth(x)).
+/// The known motion of a pair as a cycle: frame k contains moving(x + s_k truth(x)).
 std::optional<HarmonicsCase> from_pair(const std::string& name, const fs::path& moving_file,
                                        const fs::path& truth_file, const fs::path& mask_file,
                                        int frames, bool uneven_breath, double noise_share) {
@@ -127,8 +127,8 @@ std::optional<HarmonicsCase> from_pair(const std::string& name, const fs::path& 
   return one;
 }
 
-/// Every n-th frame of the beating heart. What is wrong: the label of the reference carried to the
-/// frames that were left out (to all, if none was).
+/// Every n-th frame of the beating heart. The error: the label of the reference frame carried to
+/// the frames that were left out (to all, if none was).
 std::optional<HarmonicsCase> cine(const fs::path& shared, size_t every) {
   HarmonicsCase one{fmt::format("cine-every-{}", every), {}, {}, {}};
   std::vector<Volume> labels;
@@ -196,7 +196,7 @@ report::Table measure(const std::shared_ptr<vulkan::Context>& context, const Har
                        {"chosen", "chosen"}},
                       {}};
   for (const std::string& note : report.notes) table.note += note + " ";
-  // Without smoothing; every number of harmonics is a fit to that.
+  // Without smoothing; every number of harmonics is a fit to this.
   options.steadiness = -1.0;
   const auto plain =
       estimate_sequence_motion(context, one.frames[0].grid, one.times_s, read, options);

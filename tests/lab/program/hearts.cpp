@@ -1,7 +1,7 @@
-// The main job on real data: a hand rests on, strokes and circles a beating heart's wall. Places on
-// the walls of heart_cine, of the breathing CT and of the heart phantom, each way of feeling them;
-// which hold, which do not, how fast the force changes, how far the felt wall is from the contours.
-// Deterministic but for the times: ticks are driven directly.
+// The main task on real data: a hand rests on, strokes and circles a beating heart's wall. Places
+// on the walls of heart_cine, of the breathing CT and of the heart phantom, with each way of
+// feeling them: which hold, which do not, how fast the force changes, how far the felt wall is from
+// the contours. Deterministic except for the times: the ticks are called directly.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ namespace {
 using namespace palpate::bench;
 namespace fs = std::filesystem;
 
-/// As ctest takes it: what is needed is not there.
+/// The exit status by which ctest marks a test as skipped: data are missing.
 constexpr int kExitSkipped = 77;
 
 struct HeartCase {
@@ -47,12 +47,14 @@ struct HeartsCommand {
 struct PlaceResult {
   const Place* place;
   RunResult still, moving;
-  RunResult control;  ///< the same way over the material, which stands still; if it did not hold
+  /// The same path over the material while this stands still; only if the place did not hold.
+  RunResult control;
 };
 
 struct WayResult {
   int runs = 0, fell = 0, faded = 0, met = 0;
-  double weak = 0.0;  ///< share of the time, in all that met the wall
+  /// Share of the time, in all runs that met the wall.
+  double weak = 0.0;
   LargestChange change;
 };
 
@@ -61,9 +63,12 @@ struct WallResult {
   std::vector<PlaceResult> places;
   std::map<Way, WayResult> ways;
   LargestChange change;
-  std::vector<double> proxy_mm, carried_mm;  ///< from the contours
-  int by_motion = 0, by_wall = 0;  ///< why others do not: the control holds, or it does not either
-  int still = 0, both = 0;         ///< places that hold: on the still volume, and in motion too
+  /// Distances from the contours.
+  std::vector<double> proxy_mm, carried_mm;
+  /// Why others do not hold: in the control they hold, or they do not either.
+  int by_motion = 0, by_wall = 0;
+  /// Places that hold: on the still volume, and also in motion.
+  int still = 0, both = 0;
 };
 
 void take(LargestChange& most, const LargestChange& one) {
@@ -275,8 +280,8 @@ void print_places(const WallResult& of) {
   }
 }
 
-/// Whether a wall is felt in a way: some are the surface of one way alone, and where a way has one
-/// the others are not its.
+/// Whether a wall is felt in this way: some walls are the surface of one way only, and a way with a
+/// wall of its own does not feel the others.
 bool is_felt(const Subject& subject, const Wall& wall, const Felt& felt) {
   if (!wall.only.empty()) return wall.only == felt.name;
   const bool has_own = std::any_of(subject.walls.begin(), subject.walls.end(),
@@ -284,7 +289,7 @@ bool is_felt(const Subject& subject, const Wall& wall, const Felt& felt) {
   return !(has_own && felt.segments);
 }
 
-/// Adds a subject's rows and maps. How often a segmentation's wall let the hand through.
+/// Adds a subject's rows and maps. Returns how often the hand passed through a segmentation's wall.
 int measure_subject(const HeartsCommand& command, const Subject& subject, report::Table& table,
                     report::Page& page) {
   report::Section section{

@@ -46,7 +46,7 @@ class MapsRun {
       : command_(command), console_(console), stop_(std::move(stop)) {}
 
   Status run() {
-    // What would end the work is asked for before it begins.
+    // Checks what would end the work later.
     if (const Status can = files::check_can_write_file(command_.output); !can) return can;
     if (const auto plot = report::drawn(report::HeatMap{
             .x_values = {1.0, 2.0}, .y_values = {1.0, 2.0}, .values = {0.0, 1.0, 2.0, 3.0}});

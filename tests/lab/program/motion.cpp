@@ -1,6 +1,5 @@
-// How fast and how accurate palpate's motion is: on synthetic pairs and on the real chest CT, the
-// presets beside ITK's Demons; the parts that the time goes to; and what was found beside what is
-// to be reached.
+// Speed and accuracy of palpate's motion: on synthetic pairs and on the real chest CT, the presets
+// compared with ITK's Demons; the time of each part; and the results with the targets.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,8 +30,8 @@ struct MotionCommand {
   RowFiles rows;
 };
 
-/// A part of what is measured. What is timed beside a peer comes first: a quiet machine seldom
-/// stays so.
+/// A part of the measurements. Comparisons of times come first: a machine that is quiet now may not
+/// be later.
 struct Part {
   const char* word;
   bool by_default, needs_ct;
@@ -85,7 +84,7 @@ const std::vector<Part>& parts() {
   return all;
 }
 
-/// The filters that were found best: by error, and by error in a given time.
+/// The best filters: by error, and by error in a given time.
 std::vector<std::unique_ptr<studies::PairMethod>> best_demons(bool quick) {
   std::vector<std::unique_ptr<studies::PairMethod>> peers;
   for (const ItkFilter& filter : {kItkFilters[2], kItkFilters[3]})

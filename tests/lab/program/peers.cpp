@@ -64,7 +64,7 @@ class FilePeer : public studies::PairMethod {
   virtual Result<double> register_files(const Job& job) = 0;
   virtual fs::path field_file(const Job& job) const { return job.folder / "field.mha"; }
 
-  /// Runs a step; the seconds it took.
+  /// Runs a step; returns the seconds that it took.
   Result<double> step(const Job& job, const std::vector<std::string>& arguments) const {
     const fs::path out = job.folder / "out";
     const double begin = studies::now_s();
@@ -102,7 +102,8 @@ class ItkPeer final : public FilePeer {
         step(job, {program_.string(), method_, iterations_, std::to_string(threads()),
                    job.fixed.string(), job.moving.string(), field_file(job).string()});
     if (!done) return done.error();
-    // What it prints is the registration alone, without files: fairer than the process' time.
+    // It prints the time of the registration alone, without files, which is fairer than the
+    // process's time.
     const double seconds = std::strtod(report::text_of(job.folder / "out").c_str(), nullptr);
     if (!(seconds > 0.0)) return bad("palpate_itk_peer said no time.");
     return seconds;
@@ -232,7 +233,8 @@ std::vector<studies::ViewMeasure> view_peer(const studies::StudyRun& run,
   }
   const report::ScratchFolder folder;
   const fs::path out = folder.path() / "out";
-  // xvfb-run leaves its own temporary files behind where it is ended: here they go with the folder.
+  // xvfb-run leaves its temporary files behind if it is ended: here they are removed with the
+  // folder.
   const int failed = report::call_program({"env", "TMPDIR=" + folder.path().string(), "xvfb-run",
                                            "-a", "-s", "-screen 0 1024x768x24", program->string()},
                                           out, out, {run.stop, run.left_s()});

@@ -20,7 +20,7 @@
 namespace palpate::app {
 namespace {
 
-/// The processor's name, as the system tells it.
+/// The processor's name, as reported by the system.
 std::string processor() {
   std::ifstream file("/proc/cpuinfo");
   for (std::string line; std::getline(file, line);)

@@ -15,7 +15,7 @@ class Context;
 
 namespace palpate::app {
 
-/// Where a command writes its rows, besides the terminal. Empty: not at all.
+/// The files to which a command writes its rows, besides the terminal. Empty: none.
 struct RowFiles {
   std::filesystem::path csv, json, markdown;
 };
@@ -23,21 +23,22 @@ struct RowFiles {
 void add_row_options(CLI::App& command, RowFiles& files);
 /// Their names, for Command::writes.
 std::vector<std::string> row_outputs();
-/// To be asked before anything is measured. kBadOutput.
+/// Call before anything is measured. kBadOutput.
 Status check_can_write(const RowFiles& files);
 
-/// The tables of one run: each is printed as soon as it is there, and all are written at the end.
+/// The tables of one run: each is printed as soon as it is complete, and all are written at the
+/// end.
 class Rows {
  public:
-  /// `command`: as it was called, for what is written. `context`: null where no GPU has a part.
-  /// Prints on what is measured.
+  /// `command`: the command line, for the files. `context`: null if no GPU is used. Prints the
+  /// measured device and machine.
   Rows(std::string command, const vulkan::Context* context);
 
-  /// Measures one and prints it; its note says how busy other programs kept the machine meanwhile.
+  /// Measures one table and prints it; its note has the load by other programs during this time.
   report::Table& add(const std::function<report::Table()>& measure);
-  /// Tables that were measured together, behind those that are there.
+  /// Adds tables that were measured together, after the existing ones.
   void add(std::vector<report::Table> tables);
-  /// The last one first: it sums up the others.
+  /// Moves the last table, which summarises the others, to the front.
   void last_is_first();
 
   const std::vector<report::Table>& tables() const { return tables_; }
@@ -51,8 +52,8 @@ class Rows {
   std::vector<report::Table> tables_;
 };
 
-/// Runs what measures; a measurement that can not be made or would mean nothing, and a device that
-/// fails, end it with one sentence on stderr. The exit code.
+/// Runs measurements. If one can not be made or would mean nothing, or if a device fails, it ends
+/// them with one sentence on stderr. Returns the exit status.
 int measured(const std::function<int()>& run);
 
 }  // namespace palpate::app

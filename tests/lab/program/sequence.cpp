@@ -1,7 +1,7 @@
-// How well one motion for a whole sequence tells where the material goes, beside fields that follow
-// each other: on the breathing CT against the known motion of 400 points, over all ordered pairs of
-// frames; on the beating heart by the Dice overlap of the left ventricle's labels, carried from
-// every frame to every other. Both: drift over the cycle, folds at the frames and between them.
+// The accuracy of one motion for a whole sequence, compared with chained consecutive fields: on the
+// breathing CT, with the known motion of 400 points over all ordered pairs of frames; on the
+// beating heart, by the Dice overlap of the left ventricle's labels, carried from every frame to
+// every other. Both: drift over the cycle, folds at the frames and between them.
 #include <fmt/format.h>
 
 #include <optional>
@@ -80,10 +80,10 @@ Data cine(const fs::path& shared) {
   return data;
 }
 
-/// Where the material at x of a frame is in another.
+/// The place in one frame of the material at x of another.
 using Follow = std::function<glm::dvec3(size_t from, size_t to, glm::dvec3 x)>;
 
-/// Mean over all ordered pairs of the distance to the known places, mm.
+/// Mean distance to the known places over all ordered pairs, mm.
 double all_pairs_mm(const Data& data, const Follow& follow) {
   double sum = 0.0;
   size_t count = 0;
@@ -99,7 +99,7 @@ double all_pairs_mm(const Data& data, const Follow& follow) {
   return sum / double(count);
 }
 
-/// The largest of the interpolated shares of each label.
+/// The label with the largest interpolated share.
 int label_at(const Volume& labels, glm::dvec3 lps_mm) {
   const glm::dvec3 at = labels.grid.index_from_lps(lps_mm);
   double shares[3] = {};
@@ -122,7 +122,7 @@ struct Dice {
   double pool = 0.0, myocardium = 0.0;
 };
 
-/// Mean over all ordered pairs, slices 2 to 12 (where the labels follow the borders).
+/// Mean over all ordered pairs, slices 2 to 12 (in which the labels follow the borders).
 Dice all_pairs_dice(const Data& data, const Follow& follow) {
   Dice sum;
   const size_t frames = data.labels.size();
@@ -162,7 +162,7 @@ Field composed(const Field& first, const Field& then) {
 }
 
 /// From any frame to any other through the material's reference: phi_to(phi_from^-1(x)). The
-/// inverse on the fields' coarse grid is only where the search starts.
+/// inverse on the fields' coarse grid is only the start of the search.
 Follow follow_of(const std::vector<Field>& at_frame, const std::vector<Field>& inverse) {
   return [&](size_t from, size_t to, glm::dvec3 x) {
     glm::dvec3 material = x + sample_at_lps(inverse[from], x);
@@ -196,7 +196,7 @@ report::Table motions_table() {
       {}};
 }
 
-/// A row without drift and seconds, which are not this motion's alone.
+/// A row without drift and seconds, which do not depend on this motion alone.
 std::vector<report::Cell> motion_row(const Data& data, const std::string& model,
                                      const SequenceMotion& motion) {
   std::vector<Field> inverse;
@@ -233,8 +233,8 @@ std::vector<report::Cell> motion_row(const Data& data, const std::string& model,
   return row;
 }
 
-/// How often the hand's Newton does not find where the material of a place is, over the whole
-/// volume and cycle: cold from the place itself, and warm from where it was a millisecond before.
+/// How often the haptic loop's Newton method does not find the material of a place, over the whole
+/// volume and cycle: cold from the place itself, and warm from its place a millisecond before.
 report::Table inverting_table(const Data& data, const SequenceMotion& motion) {
   const auto map = SequenceMap::of(motion);
   const Grid& grid = data.reader.grid();
@@ -278,8 +278,8 @@ report::Table inverting_table(const Data& data, const SequenceMotion& motion) {
         number(map->least_determinant(), 2)}}};
 }
 
-/// How far apart picture and hand are: the picture reads trilinear between the samples of the
-/// motion, the hand its spline. Voxels of the frames.
+/// The distance between picture and hand: the picture interpolates linearly between the samples of
+/// the motion, the hand uses its spline. Voxels of the frames.
 std::vector<report::Cell> picture_row(const Data& data, const SequenceMotion& motion, int factor) {
   const auto map = SequenceMap::of(motion);
   const SequenceMap::Samples samples = map->samples(factor);
@@ -346,7 +346,7 @@ void measure(const std::shared_ptr<vulkan::Context>& context, Data& data, const 
         context, data.reader.grid(), data.times_s, [&](size_t k) { return data.reader.frame(k); },
         options_of(preset), [&](PairMotion pair) { consecutive[pair.fixed_frame] = pair.field; }));
     const double took_s = studies::now_s() - start;
-    // The paper's: one after the other, from frame 0.
+    // As in the paper: chained, from frame 0.
     SequenceMotion chain = *motion;
     chain.reference = 0;
     chain.basis.harmonics = 0;
@@ -364,9 +364,9 @@ void measure(const std::shared_ptr<vulkan::Context>& context, Data& data, const 
   rows.add([&] { return picture_table(data, *motion); });
 }
 
-/// The motion from the means of 1 to 8 cycles whose frames have other noise each time, as a live
-/// cycle's is found (module/session/live_sequence.h). `noise`: its standard deviation as a share of
-/// that of frame 0's values.
+/// The motion from the means of 1 to 8 cycles with new noise each time, as the motion of a live
+/// cycle is estimated (module/session/live_sequence.h). `noise`: its standard deviation as a
+/// fraction of that of frame 0's values.
 report::Table cycles_table(const std::shared_ptr<vulkan::Context>& context, Data& data,
                            const std::string& preset, double noise) {
   std::vector<Volume> frames, means;
@@ -391,7 +391,8 @@ report::Table cycles_table(const std::shared_ptr<vulkan::Context>& context, Data
         float& mean = means[k].values[v];
         mean = cycles == 1 ? one : mean + (one - mean) / float(cycles);
       }
-    if ((cycles & (cycles - 1)) != 0) continue;  // 1, 2, 4, 8
+    // 1, 2, 4 and 8 cycles only.
+    if ((cycles & (cycles - 1)) != 0) continue;
     const auto motion = got(estimate_sequence_motion(
         context, data.reader.grid(), data.times_s,
         [&](size_t k) -> Result<Volume> { return means[k]; }, options));

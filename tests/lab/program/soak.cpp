@@ -16,10 +16,10 @@
 namespace palpate::app {
 namespace {
 
-// The command itself beside it: 30 s on, it has all that it will ever need.
+// The command runs beside this program: after 30 s it has allocated all that it needs.
 constexpr double kSettled_s = 30.0;
 constexpr size_t kMostGrowth_bytes = 1'000'000;
-// What caches and the allocator keep in hand.
+// The memory that caches and the allocator keep.
 constexpr int64_t kMostHeapGrowth_bytes = 16'000'000;
 
 struct SoakCommand {

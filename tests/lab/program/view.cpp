@@ -1,6 +1,5 @@
-// What a picture costs: at which quality, beside VTK's GPU ray caster on the same device; and how
-// the cost changes with what is drawn. Each picture is compared with one of eight samples per
-// voxel.
+// The time of a picture and its quality, compared with VTK's GPU ray caster on the same device; and
+// how the time depends on the scene. Each picture is compared with one of eight samples per voxel.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -42,7 +41,7 @@ std::shared_ptr<const MovingVolume> carried_volume(const MovingVolume& own, int 
   return std::make_shared<const MovingVolume>(*carried(own, motion));
 }
 
-/// Quality against time, the peer's rows behind ours.
+/// Quality and time, the peer's rows after palpate's.
 report::Table quality_table(const ViewCommand& command, const StudyRun& run) {
   std::vector<std::string> notes;
   std::vector<ViewMeasure> peers;

@@ -19,13 +19,13 @@ std::string own_ticks(const char* axis, const Axis& of) {
                      kSoft);
 }
 
-/// A span of three decades or less has its numbers at 1, 2 and 5; a longer one at the decades.
+/// Numbers at 1, 2 and 5 for a span of three decades or less, at the decades for a longer one.
 std::string log_ticks(const char* axis, const Span& span) {
   const bool fine = std::log10(span.high / span.low) <= 3.0;
   std::string ticks;
   const int first = int(std::floor(std::log10(span.low)));
   const int last = int(std::ceil(std::log10(span.high)));
-  // Of very many decades every second or third one has its number.
+  // Of very many decades only every second or third one has a number.
   const int every = std::max(1, (last - first + 3) / 7);
   for (int decade = first; decade <= last; decade += every) {
     for (const int digit : {1, 2, 5}) {
@@ -35,7 +35,7 @@ std::string log_ticks(const char* axis, const Span& span) {
       ticks += fmt::format("{}\"{:g}\" {:.6g}", ticks.empty() ? "" : ", ", value, value);
     }
   }
-  // A span with no such number in it still needs its ends said.
+  // A span without such a number still needs numbers at its ends.
   if (ticks.empty()) {
     ticks = fmt::format("\"{:.3g}\" {:.6g}, \"{:.3g}\" {:.6g}", span.low, span.low, span.high,
                         span.high);
@@ -83,7 +83,8 @@ Span span_of(const Axis& axis, const std::vector<double>& values, double room) {
   } else {
     const double wide =
         span.high > span.low ? span.high - span.low : std::max(std::abs(span.high), 1.0);
-    // Zero is shown where it is near: a bar of errors that starts at 0.11 looks larger than it is.
+    // Zero is included if it is near: a chart of errors that starts at 0.11 exaggerates
+    // differences.
     const bool from_zero = span.low >= 0.0 && span.low < 2.0 * wide;
     span.low = from_zero ? 0.0 : span.low - room * wide;
     span.high += room * wide;

@@ -5,10 +5,10 @@
 
 #include "tests/lab/report/plot.h"
 
-/// Axes of a plot: what they span, where things are on them, and how gnuplot is told.
+/// Axes of a plot: their spans, places on them, and their part of the gnuplot script.
 namespace palpate::report {
 
-/// What an axis shows.
+/// The span of an axis.
 struct Span {
   double low = 0.0, high = 1.0;
   bool logarithmic = false;
@@ -18,8 +18,8 @@ struct Span {
   double place(double value) const;
 };
 
-/// The span of an axis for these values: what the axis asks for, else all values and a little room.
-/// From zero on where all values are above and near it. Needs no value at all.
+/// The span of an axis for these values: the axis's own limits, else all values and a little room.
+/// From zero on if all values are above and near it. Without any value there is a default.
 Span span_of(const Axis& axis, const std::vector<double>& values, double room = 0.06);
 
 /// Places of the plot in the picture, px from the left and the bottom.
@@ -31,7 +31,7 @@ struct Frame {
 std::string axes_script(const Axis& x, const Axis& y, const Span& x_span, const Span& y_span,
                         const Frame& frame, int width_px, int height_px, bool grid);
 
-/// About how wide a text will be in the plots' font, px.
+/// The approximate width of a text in the plots' font, px.
 double text_width_px(const std::string& text);
 
 }  // namespace palpate::report

@@ -48,7 +48,7 @@ Mark mark_of(const Series& series, size_t place) {
   return kInTurn[place % std::size(kInTurn)];
 }
 
-/// Marks that are laid over others are ink, not another colour.
+/// Marks on top of others are drawn in ink, not in another colour.
 const char* colour_of(const Series& series, size_t place) {
   const bool over = series.mark == Mark::kCross || series.mark == Mark::kRing;
   if (!series.colour && over) return kInk;
@@ -61,7 +61,7 @@ double size_of(Mark mark) {
   return mark == Mark::kCircle || mark == Mark::kSquare ? 0.75 : 0.9;
 }
 
-/// Everything that is worked out before the script is written.
+/// Everything that is computed before the script is written.
 struct Layout {
   const Chart& chart;
   Span x, y;
@@ -154,7 +154,7 @@ void add_series(const Layout& layout, size_t place, Script& script) {
   script.pieces.push_back(fmt::format(
       "{} using 1:2 with points {} {}", block, look,
       series.name.empty() ? "notitle" : fmt::format("title \"{}\"", gnuplot_text(series.name))));
-  // The same marks again, with what is shown when the pointer rests on them.
+  // The same marks again, with the texts that are shown when the pointer rests on them.
   script.pieces.push_back(
       fmt::format("{} using 1:2:3 with labels hypertext point {} notitle", block, look));
 }

@@ -36,12 +36,12 @@ bool has_ended(pid_t child, int& status) {
   return found != 0;
 }
 
-/// Ends a program and all that it started: they are one group.
+/// Ends a program and all programs that it started: they are one process group.
 void end(pid_t child, double grace_s, int& status) {
   ::kill(-child, SIGTERM);
   const auto begin = Clock::now();
   bool ended = false;
-  // What it started may have something to put away too, and may not listen.
+  // Its children may need time to clean up too, and may ignore the signal.
   while ((!(ended = ended || has_ended(child, status)) || ::kill(-child, 0) == 0) &&
          since_s(begin) < grace_s)
     std::this_thread::sleep_for(kLook);
@@ -75,7 +75,7 @@ int call_program(const std::vector<std::string>& arguments, const fs::path& outp
   } else {
     posix_spawn_file_actions_addopen(&files, STDERR_FILENO, complaints.c_str(), kWrite, 0600);
   }
-  // The caller may have blocked signals for itself; the program must die of them as ever.
+  // The caller may have blocked signals; the program must still end by them.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   sigset_t none;

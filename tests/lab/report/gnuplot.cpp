@@ -16,8 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What gnuplot wrote, for a page: no header, a title that says something, tool tips without
-/// scripts, and ids that no other figure of the page has.
+/// Changes gnuplot's SVG for a page: no header, a meaningful title, tool tips without scripts, and
+/// ids that no other figure of the page has.
 std::string fit_for_page(std::string svg, const std::string& id, const std::string& title,
                          const std::vector<std::string>& tips) {
   svg.erase(0, svg.find("<svg"));
@@ -75,7 +75,8 @@ std::string xml_text(const std::string& text) {
     } else if (c == '"') {
       result += "&quot;";
     } else if (static_cast<unsigned char>(c) >= 0x20U || c == '\n' || c == '\t') {
-      result += c;  // Other control characters have no place in XML at all.
+      // Other control characters are not allowed in XML.
+      result += c;
     }
   }
   return result;

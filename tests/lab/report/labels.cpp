@@ -8,7 +8,8 @@
 namespace palpate::report {
 namespace {
 
-constexpr double kMarkPx = 6.0;  // half the width of a mark, with air
+// Half the width of a mark, with some distance.
+constexpr double kMarkPx = 6.0;
 
 struct Box {
   double left, right, bottom, top;

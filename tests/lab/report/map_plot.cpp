@@ -13,7 +13,8 @@ namespace palpate::report {
 namespace {
 
 constexpr double kMapLeftPx = 76.0, kMapBottomPx = 58.0, kMapTopPx = 16.0, kMapRightPx = 22.0;
-constexpr double kBarPx = 96.0;  // colours and their numbers
+// Colours and their numbers.
+constexpr double kBarPx = 96.0;
 constexpr double kKeyRowPx = 24.0;
 
 /// Borders of the cells along an axis: half way between neighbours, one more than values.
@@ -55,7 +56,7 @@ std::string trouble_with(const HeatMap& map) {
   return "";
 }
 
-/// The colours' span: what was asked for, else exactly that of the values.
+/// The span of the colours: the given one, else exactly that of the values.
 Span colours_of(const HeatMap& map) {
   Axis axis{map.bar.title, map.bar.logarithmic, map.bar.low, map.bar.high};
   Span span = span_of(axis, map.values, 0.0);
@@ -82,7 +83,7 @@ std::string colour_bar(const HeatMap& map, const Span& span, const Frame& frame,
   return script;
 }
 
-/// Lines of a hatch across one cell, in shares of the cell, so that they look alike in every cell.
+/// Lines of a hatch in one cell, in fractions of the cell, so that all cells have the same hatch.
 std::string mark_rows(CellMark mark, double x0, double x1, double y0, double y1, bool log_x,
                       bool log_y) {
   const auto along = [](double low, double high, double share, bool logarithmic) {
@@ -104,7 +105,7 @@ std::string mark_rows(CellMark mark, double x0, double x1, double y0, double y1,
   return fmt::format("{:.9g} {:.9g}\n", along(x0, x1, 0.5, log_x), along(y0, y1, 0.5, log_y));
 }
 
-/// Two strokes, a wide white one below a narrow black one, can be seen on any colour.
+/// Two strokes, a wide white one below a narrow black one, are visible on any colour.
 void add_strokes(const std::string& block, const std::string& name, const char* dashes,
                  double width, std::vector<std::string>& pieces) {
   pieces.push_back(fmt::format("{} using 1:2 with lines lw {:.1f} lc rgb \"{}\" notitle", block,
@@ -114,7 +115,7 @@ void add_strokes(const std::string& block, const std::string& name, const char* 
       name.empty() ? "notitle" : fmt::format("title \"{}\"", gnuplot_text(name))));
 }
 
-/// What stands in the key for marked cells.
+/// The key's entry for marked cells.
 std::string key_entry(const MarkedCells& marked) {
   const char* look = marked.mark == CellMark::kHatch   ? "with boxes fs pattern 4 border fc"
                      : marked.mark == CellMark::kCross ? "with points pt 2 ps 0.9 lc"
@@ -122,7 +123,7 @@ std::string key_entry(const MarkedCells& marked) {
   return fmt::format("keyentry {} rgb \"{}\" title \"{}\"", look, kInk, gnuplot_text(marked.name));
 }
 
-/// A value as its axis names it, else as a number.
+/// A value by its name on the axis, else as a number.
 std::string said(const Axis& axis, double value) {
   for (const auto& [at, text] : axis.ticks)
     if (at == value) return text;
@@ -171,7 +172,7 @@ std::string cells_blocks(const HeatMap& map, const Cells& cells, const Span& col
         "\"not measured\"",
         kMissing));
   }
-  // A mark that can not be seen, for the tool tip of each cell.
+  // An invisible mark, for the tool tip of each cell.
   blocks += "$tips << EOD\n" + all + "EOD\n";
   return blocks;
 }
@@ -231,7 +232,7 @@ Result<std::string> drawn(const HeatMap& map, const std::string& id) {
                map.x.logarithmic};
   const Span y{map.y.low.value_or(cells.y_edges.front()), map.y.high.value_or(cells.y_edges.back()),
                map.y.logarithmic};
-  // The key stands above the map in two columns and makes the picture higher: it hides no cell.
+  // The key is above the map in two columns and makes the picture higher, so that it hides no cell.
   const size_t rows = (key_entries(map) + 1) / 2;
   const double key_px = kKeyRowPx * double(rows) + (rows > 0 ? 8.0 : 0.0);
   const int height_px = map.height_px + int(key_px);

@@ -47,7 +47,7 @@ std::string csv_link(const Table& table, const std::string& title) {
       file_stem(title), base64(flat_csv(table)));
 }
 
-/// Numbers stand to the right, so that their points stand below each other.
+/// Numbers are right-aligned, so that their decimal points are aligned.
 bool is_numeric(const Table& table, size_t column) {
   for (const auto& row : table.rows)
     if (row[column].number) return true;

@@ -7,8 +7,8 @@
 
 #include "tests/lab/report/table.h"
 
-/// A report as one HTML file that needs nothing else: style, pictures and data are in it. It is
-/// well-formed XML too, so that a test can read it.
+/// A report as one self-contained HTML file: style, pictures and data are in it. It is well-formed
+/// XML too, so that a test can read it.
 ///
 ///   Page page;
 ///   page.title = "Speed against accuracy";
@@ -20,21 +20,22 @@
 ///   files::write_text(path, html(page));
 namespace palpate::report {
 
-/// A picture with its words. The numbers behind it can be taken along as CSV; empty: no link.
+/// A picture with its texts. The numbers behind it can be downloaded as CSV; empty: no link.
 struct Figure {
   std::string title;
-  std::string svg;  ///< one <svg> element, as drawn() gives it
+  /// One <svg> element, as drawn() returns it.
+  std::string svg;
   std::string caption;
   Table data;
 };
 
-/// A table with a CSV link. folded: shown when asked for, as long tables should be.
+/// A table with a CSV link. folded: shown on request, as long tables should be.
 struct TablePart {
   Table table;
   bool folded = false;
 };
 
-/// Plain sentences. grave: something is missing or wrong, and the reader should see it.
+/// Plain sentences. grave: something is missing or wrong, so the note is highlighted.
 struct Note {
   std::string text;
   bool grave = false;
@@ -42,8 +43,8 @@ struct Note {
 
 using Part = std::variant<Figure, TablePart, Note>;
 
-/// One question of the report. The answer leads: one or a few sentences that were worked out from
-/// the measurements, never written beforehand.
+/// One question of the report. The answer comes first: one or a few sentences computed from the
+/// measurements, never written beforehand.
 struct Section {
   std::string id;  ///< letters, digits and -, unique in the page: its address
   std::string title;
@@ -54,16 +55,17 @@ struct Section {
 /// A whole report.
 struct Page {
   std::string title;
-  std::string lead;  ///< what this is, for someone who has never heard of it
+  /// An introduction for readers who do not know the subject.
+  std::string lead;
   std::vector<std::pair<std::string, std::string>> conditions;  ///< name, value
   std::vector<Section> sections;
 };
 
-/// The page as HTML text. Texts are plain text: & and < need no care; an empty line begins a new
+/// The page as HTML text. Texts are plain text: & and < are escaped; an empty line begins a new
 /// paragraph. Does not write, print, or allocate more than the text.
 std::string html(const Page& page);
 
-/// One table as CSV: the columns' keys, then a row of values each; numbers in full.
+/// One table as CSV: the columns' keys, then one row of values per row; numbers in full precision.
 std::string flat_csv(const Table& table);
 
 /// "error-against-time": a text as the name of a file, in lower case letters, digits and -.

@@ -2,9 +2,9 @@
 
 namespace palpate::report {
 
-/// The page's style sheet. One column of text, pictures as wide as it, or to be scrolled sideways
-/// where they would get too small to be read; prints on paper as it is. Dark where the system is:
-/// the figures' colours (style.h) are told by their attributes, as gnuplot and palpate write them.
+/// The page's style sheet. One column of text; pictures have its width, or scroll sideways where
+/// they would be too small to read; prints well. Dark if the system is: the figures' colours
+/// (style.h) are selected by their attributes, as gnuplot and palpate write them.
 inline constexpr const char* kPageStyle = R"css(
 :root { color-scheme: light dark; --paper: #fff; --veil: #ffffffee; --ink: #222; --quiet: #555; --line: #ddd;
   --link: #0060a0; --plate: #f5f6f8; --good: #f1f8f5; --bad: #fdf3ec; }

@@ -19,21 +19,23 @@
 ///   const Result<std::string> svg = drawn(chart);
 namespace palpate::report {
 
-/// One axis. The title carries the unit in brackets.
+/// One axis. The title has the unit in brackets.
 struct Axis {
   std::string title;
-  bool logarithmic = false;         ///< to base 10; what is not above zero can not be shown then
-  std::optional<double> low, high;  ///< what is shown; where not given, all data and a little room
-  /// What stands at which value: for values that have names, or are few. None: round numbers.
+  /// To base 10; values that are not above zero can not be shown then.
+  bool logarithmic = false;
+  /// The shown range; if not given, all data and a little room.
+  std::optional<double> low, high;
+  /// Texts at values: for values that have names, or are few. None: round numbers.
   std::vector<std::pair<double, std::string>> ticks = {};
 };
 
 enum class Mark { kCircle, kSquare, kTriangle, kDiamond, kDown, kPentagon, kCross, kRing, kNone };
-/// How the points of a series are joined. Stairs go right first: what a front promises.
+/// How the points of a series are joined. Stairs go right first, as the cost of a front does.
 enum class Line { kNone, kStraight, kStairs, kDashed };
 
-/// One measurement. Name and detail appear when the pointer rests on the mark; labelled: the name
-/// also stands beside it, where there is room.
+/// One measurement. Name and detail are shown when the pointer rests on the mark; labelled: the
+/// name is also beside it, if there is space.
 struct Point {
   double x = 0.0, y = 0.0;
   std::string name;
@@ -42,7 +44,7 @@ struct Point {
 };
 
 /// Points of one kind, with one entry in the key (none for an empty name). Colour (0 to 7: an index
-/// into kSeriesColours) and mark follow from the place in the list where they are not given.
+/// into kSeriesColours) and mark follow from the place in the list if they are not given.
 struct Series {
   std::string name;
   std::vector<Point> points;
@@ -61,7 +63,8 @@ struct Guide {
 /// Marks and lines over two axes. Points that are not finite, or not above zero on a logarithmic
 /// axis, are left out.
 struct Chart {
-  std::string title;  ///< for people who can not see it, and the file's name; not drawn
+  /// A text alternative, and the file's name; not drawn.
+  std::string title;
   Axis x, y;
   std::vector<Series> series;
   std::vector<Guide> guides;
@@ -72,26 +75,28 @@ struct Chart {
 struct ColourBar {
   std::string title;  ///< with the unit
   bool logarithmic = false;
-  std::optional<double> low, high;  ///< values beyond are drawn in the colour of the end
+  /// Values beyond are drawn in the colour of the end.
+  std::optional<double> low, high;
 };
 
-/// How some cells of a map are set apart from their colour.
+/// How some cells of a map are marked besides their colour.
 enum class CellMark { kHatch, kCross, kDot };
 struct MarkedCells {
-  std::string name;  ///< in the key; empty: not there
+  /// In the key; empty: no entry.
+  std::string name;
   CellMark mark = CellMark::kHatch;
   std::vector<std::pair<size_t, size_t>> cells;  ///< (index along x, index along y)
 };
 
 /// A curve over a map, in the units of the axes: a theoretical border. The first is drawn solid,
-/// the second dashed, the third dotted, and so on, each in black on white, so that it shows on any
-/// colour.
+/// the second dashed, the third dotted, and so on, each in black on white, so that it is visible on
+/// any colour.
 struct Border {
   std::string name;
   std::vector<std::pair<double, double>> points;
 };
 
-/// A value per cell over two axes. Cells reach half way to their neighbours (on a logarithmic axis
+/// A value per cell over two axes. Cells extend half way to their neighbours (on a logarithmic axis
 /// in the logarithm).
 struct HeatMap {
   std::string title;
@@ -101,13 +106,14 @@ struct HeatMap {
   ColourBar bar;
   std::vector<Border> borders;
   std::vector<MarkedCells> marks;
-  int width_px = 880, height_px = 440;  ///< without the key, which is set above the map
+  /// Without the key, which is above the map.
+  int width_px = 880, height_px = 440;
 };
 
-/// The plot as one <svg> element that can stand in a page: ids are unique for the given id (letters
-/// and digits), names are shown as tool tips, no script. Errors: kBadInput where gnuplot is not
-/// installed (says what to install), where there is nothing to show, or where sizes do not fit.
-/// Any thread; starts a process and waits for it.
+/// The plot as one <svg> element for a page: ids are unique for the given id (letters and digits),
+/// names are shown as tool tips, no script. Errors: kBadInput if gnuplot is not installed (with
+/// what to install), if there is nothing to show, or if sizes do not fit. Any thread; starts a
+/// process and waits for it.
 Result<std::string> drawn(const Chart& chart, const std::string& id = "figure");
 Result<std::string> drawn(const HeatMap& map, const std::string& id = "figure");
 

@@ -8,7 +8,7 @@
 namespace palpate::report {
 namespace {
 
-/// Width on a terminal: bytes that continue a UTF-8 character take none.
+/// Width on a terminal: continuation bytes of a UTF-8 character do not count.
 size_t width(const std::string& text) {
   return size_t(std::count_if(text.begin(), text.end(), [](char c) {
     return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
@@ -20,7 +20,7 @@ std::string padded(const std::string& text, size_t to, bool right) {
   return right ? space + text : text + space;
 }
 
-/// Numbers are set to the right, so that their points stand below each other.
+/// Numbers are right-aligned, so that their decimal points are aligned.
 bool is_numeric(const Table& table, size_t column) {
   return std::any_of(table.rows.begin(), table.rows.end(),
                      [&](const auto& row) { return row[column].number.has_value(); });

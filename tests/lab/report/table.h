@@ -6,16 +6,16 @@
 
 namespace palpate::report {
 
-/// One value of a table: as people read it, and as programs do where it is a number.
+/// One value of a table: its text, and its number if it is one.
 struct Cell {
   std::string text;
   std::optional<double> number;
 };
 
-/// A number with so many digits after the point.
+/// A number with this many decimals.
 Cell number(double value, int digits);
 Cell words(std::string text);
-/// What was not measured: empty for people, null for programs.
+/// A value that was not measured: empty text, null in JSON.
 Cell nothing();
 
 /// A column: its name for programs (snake_case, with the unit) and its heading for people.
@@ -32,7 +32,7 @@ struct Table {
   std::vector<std::vector<Cell>> rows;  ///< each as long as columns
 };
 
-/// What every measurement needs beside it to mean anything.
+/// The conditions that every measurement needs.
 struct Conditions {
   std::string device, driver, commit, date;
   unsigned threads = 0;  ///< of the host
@@ -42,7 +42,8 @@ struct Conditions {
 std::string plain_text(const Table& table);
 /// A heading, the note and a table.
 std::string markdown(const Table& table);
-/// All tables as long rows: table, row, column, value; the conditions lead as a table of their own.
+/// All tables as long rows: table, row, column, value; the conditions come first as a table of
+/// their own.
 std::string csv(const Conditions& conditions, const std::vector<Table>& tables);
 /// {"conditions": {...}, "tables": [{"title", "note", "rows": [{key: value}]}]}.
 std::string json(const Conditions& conditions, const std::vector<Table>& tables);

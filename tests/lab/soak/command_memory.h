@@ -5,8 +5,8 @@
 
 namespace palpate::soak {
 
-/// `palpate feel heart` as a process of its own, with a CSV that is thrown away, while the object
-/// lives: does its memory grow?
+/// `palpate feel heart` as a process of its own, with a CSV that is not kept, during the object's
+/// life: shows whether its memory grows.
 class CommandMemory {
  public:
   /// Starts the program for so many seconds.

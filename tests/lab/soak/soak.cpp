@@ -38,7 +38,7 @@ int64_t own_time_ns() noexcept {
   return int64_t(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
 }
 
-/// Pages that this thread has waited for.
+/// Minor and major page faults of this thread.
 int64_t page_faults() noexcept {
   rusage usage{};
   getrusage(RUSAGE_THREAD, &usage);
@@ -57,8 +57,8 @@ void add(OwnTime& all, int64_t took_ns) noexcept {
   all.count += took_ns > kPeriod_ns;
 }
 
-/// A simulated device that fails at random, as the bus, the firmware and the person do. Seeded; the
-/// servo thread's own.
+/// A simulated device that fails at random, as the bus, the firmware and the user may. Seeded; used
+/// by the servo thread only.
 class FailingDevice final : public ForceDevice {
  public:
   FailingDevice(devices::SimulatedOptions options, uint32_t seed)
@@ -66,7 +66,7 @@ class FailingDevice final : public ForceDevice {
   DeviceInfo info() const override { return device_.info(); }
 
   DeviceReading exchange(const DeviceCommand& command) noexcept override {
-    // A device that is not there keeps no force: its motors go off.
+    // A disconnected device keeps no force: its motors go off.
     const bool gone = left_ > 0 && (kind_ == Kind::kUnplugged || kind_ == Kind::kTimeout);
     DeviceReading reading = device_.exchange(gone ? DeviceCommand{} : command);
     reading = failed(reading);
@@ -120,7 +120,7 @@ class FailingDevice final : public ForceDevice {
   }
 
   DeviceReading failed(DeviceReading reading) noexcept {
-    // Every 3 s on average: it takes two of them until the force is up again.
+    // Every 3 s on average: the force needs two of them to come up again.
     if (left_ == 0 && draws_.even(0.0, 1.0) < 1.0 / 3000.0) begin();
     if (left_ == 0) return reading;
     --left_;
@@ -159,7 +159,7 @@ class FailingDevice final : public ForceDevice {
   int left_ = 0, stall_ms_ = 0;
 };
 
-/// The step with a stopwatch of its own processor time around it, and the yardstick after it.
+/// The haptic step with a measurement of its own processor time, and the reference work after it.
 class TimedTicker final : public Ticker {
  public:
   TimedTicker(const HapticsOptions& options, const DeviceInfo& device) : scene(options, device) {
@@ -187,7 +187,7 @@ class TimedTicker final : public Ticker {
     }
     return output;
   }
-  /// After the loop.
+  /// To be called after the loop has ended.
   std::vector<LongTick> long_ticks() const {
     std::vector<LongTick> all = long_;
     for (size_t n = 0; n < all.size(); ++n) {
@@ -215,7 +215,7 @@ class TimedTicker final : public Ticker {
   volatile uint32_t work_ = 1;
 };
 
-/// Looks at every tick as somebody would whose hand is in it.
+/// Checks every tick for effects that a hand in the device must never feel.
 class Watch final : public TickListener {
  public:
   enum Broken { kNotFinite, kTooLarge, kTooFast, kForceInFault, kNoName, kBrokenKinds };
@@ -228,7 +228,7 @@ class Watch final : public TickListener {
     if (newton > kMostForce_n + 1e-9) blame(kTooLarge);
     const double dt_s = std::clamp(input.dt_s, 1e-3, 2e-3);
     if (glm::length(force - last_) > usual.max_slew_n_per_s * dt_s + 1e-9) blame(kTooFast);
-    // The ramp takes 20 ms of at most 2 ms a tick, and one tick to begin.
+    // The ramp takes 20 ms of at most 2 ms per tick, and one tick to begin.
     fault_s_ =
         input.reading.fault != DeviceFault::kNone ? fault_s_ + std::min(input.dt_s, 2e-3) : 0;
     if (fault_s_ > 0.030 && newton > 0.0) blame(kForceInFault);
@@ -264,7 +264,7 @@ class Watch final : public TickListener {
   double fault_s_ = 0.0;
 };
 
-/// A hand that goes in and out of the heart, and about it.
+/// A hand that moves in and out of the heart, and around it.
 devices::ScriptedPath wandering(double seconds, uint32_t seed) {
   Draws draws(seed);
   std::vector<devices::ScriptedPath::PathPoint> points;
@@ -277,7 +277,7 @@ devices::ScriptedPath wandering(double seconds, uint32_t seed) {
   return devices::ScriptedPath(std::move(points));
 }
 
-/// Frames and motion of the heart, and fields for them as they are found.
+/// Frames and motion of the heart, and fields for them as they are estimated.
 class Fields {
  public:
   explicit Fields(const Options& options) : context_(options.context) {
@@ -311,7 +311,7 @@ class Fields {
   std::shared_ptr<const MovingVolume> base_;
 };
 
-/// The owner's side: hands over scenes and fields, turns what a person turns, drags.
+/// The owner's side: exchanges scenes and fields, sends control events and poses.
 class Owner {
  public:
   Owner(const Options& options, SceneTicker& ticker)
@@ -320,7 +320,7 @@ class Owner {
     offer(1);
   }
 
-  /// One turn of whatever comes.
+  /// One random action.
   void step(Servo& servo, Report& report) {
     const double what = draws_.even(0.0, 1.0);
     if (what < 0.35) {
@@ -331,7 +331,7 @@ class Owner {
         report.scenes += offer(volumes_);
       }
     } else if (what < 0.5) {
-      // Sometimes nothing is felt; sometimes a second heart stands in the first.
+      // Sometimes there is nothing to feel; sometimes there is a second heart in the first.
       report.scenes += offer(draws_.even(0.0, 1.0) < 0.1 ? 0 : 1 + int(draws_.even(0.0, 2.0)));
     } else if (what < 0.55) {
       // From the start: no motion is known.
@@ -402,7 +402,7 @@ class Owner {
   int volumes_ = 1;
 };
 
-/// The heap that is in use; large pieces, which are mapped one by one, included.
+/// The heap in use, including large blocks, which are mapped one by one.
 int64_t heap_bytes() {
   const auto info = mallinfo2();
   return int64_t(info.uordblks) + int64_t(info.hblkhd);

@@ -13,16 +13,17 @@ class Context;
 
 namespace palpate::stability {
 
-/// A map that can be made.
+/// A function that makes a map.
 struct MapMaker {
   std::string group;  ///< "motion", "back-tracking", "loop"
   std::string doing;  ///< for a progress bar
-  double seconds;     ///< about what it takes beside the others, quick or not
+  /// Its approximate time relative to the others, for quick and full runs.
+  double seconds;
   std::function<StabilityMap(const Making&)> make;
 };
 
-/// The maps of a group, or of all where it is empty, in the order of a report. The context is only
-/// used by the group "motion"; it may be null for the others.
+/// The maps of a group, or all if it is empty, in the order of a report. Only the group "motion"
+/// uses the context; it may be null for the others.
 std::vector<MapMaker> maps_of(const std::string& group,
                               const std::shared_ptr<vulkan::Context>& context);
 

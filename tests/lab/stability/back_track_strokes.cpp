@@ -10,12 +10,13 @@ namespace palpate::stability {
 namespace {
 
 constexpr double kStrokeStiffness = 600.0;
-constexpr double kMostChange_n = 0.05;  // in a millisecond: what a hand begins to take for an event
+// Per millisecond: above this a hand notices an event.
+constexpr double kMostChange_n = 0.05;
 constexpr int kStrokeFrames = 4, kFoldedStep = 2;
 
-/// The beating shell whose material, in its third step, also runs along its surface: turned about
-/// an axis by (q / 6) sin(6 longitude). Its frames know no longitude, so they are right all the
-/// same, and all that is felt of it is the motion's own doing.
+/// The beating shell whose material, in its third step, also moves along its surface: rotated about
+/// an axis by (q / 6) sin(6 longitude). Its frames do not depend on longitude, so they are correct,
+/// and every effect on the force comes from the motion.
 std::shared_ptr<const MovingVolume> running_shell(double q, glm::dvec3 axis_lps) {
   const Grid grid = shell_grid(2.0);
   static const auto still = shell(kStrokeFrames, 2.0, Made::kAnalytic, 2.0);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kThin_m = 1e-3;
 
-/// The thin shell whose fastest step goes at so many m/s.
+/// The thin shell whose fastest step has this speed, m/s.
 std::shared_ptr<const MovingVolume> shell_at(double wall_m_per_s) {
   double step_m = 0.0;
   for (int k = 0; k < kThinFrames; ++k)

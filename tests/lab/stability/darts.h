@@ -8,27 +8,31 @@
 #include "module/scene/scene_spec.h"
 #include "tests/lab/stability/draws.h"
 
-/// A hand that darts about a wall one voxel thin: does it get through without being stronger than
-/// it?
+/// A fast hand at a wall one voxel thin: does it pass through with a force below the wall's
+/// strength?
 namespace palpate::stability {
 
-/// How strong the thin shell's wall is.
+/// The strength of the thin shell's wall.
 inline constexpr double kDartStrength_n = 20.0;
 
-/// The thin shell as a scene: a surface that grows over the wall's outer edge.
+/// The thin shell as a scene: a surface whose strength grows over the wall's outer edge.
 SceneSpec dart_spec(double friction);
 
 struct DartHand {
-  double slowest_m_per_s = 1.0, fastest_m_per_s = 1.0;  ///< each way has a speed between them
-  bool palpate = true;                                  ///< else the paper's loop
+  /// Each stroke has a speed between them.
+  double slowest_m_per_s = 1.0, fastest_m_per_s = 1.0;
+  bool palpate = true;  ///< else the paper's loop
 };
 
-/// Frames, and in how many of them what was the case.
+/// The number of frames, and of frames with each condition.
 struct Darts {
   int64_t frames = 0, contact = 0;
-  int64_t strong = 0;       ///< the force came to the wall's strength
-  int64_t through = 0;      ///< the proxy was behind the wall by half a voxel, below the strength
-  int64_t unseen = 0;       ///< that, and it was not flagged
+  /// The force reached the wall's strength.
+  int64_t strong = 0;
+  /// The proxy was behind the wall by half a voxel, below the strength.
+  int64_t through = 0;
+  /// The same, without a flag.
+  int64_t unseen = 0;
   double deepest_m = -1.0;  ///< of the proxy behind the wall's middle, below the strength
   void operator+=(const Darts& o) {
     frames += o.frames;
@@ -40,9 +44,9 @@ struct Darts {
   }
 };
 
-/// So many milliseconds of straight ways between seeded points, up to 15 mm inside of the wall. A
-/// frame in which the force comes to the strength, or the proxy is behind the wall, starts the hand
-/// anew outside. data: a thin_shell().
+/// This many milliseconds of straight strokes between seeded points, up to 15 mm inside of the
+/// wall. After a frame in which the force reaches the strength, or the proxy is behind the wall,
+/// the hand starts again outside. data: a thin_shell().
 Darts darted(const SceneSpec& spec, const std::shared_ptr<const MovingVolume>& data,
              const DartHand& hand, int ticks, Draws draws);
 

@@ -7,7 +7,8 @@
 
 namespace palpate::stability {
 
-/// Seeded draws that are the same with every standard library (its distributions are not).
+/// Seeded random numbers that are equal with every standard library (the library's distributions
+/// are not).
 class Draws {
  public:
   explicit Draws(uint32_t seed) : engine_(seed) {}

@@ -10,12 +10,14 @@ namespace palpate::stability {
 namespace {
 
 constexpr double kPeriod_s = 1e-3;
-constexpr double kStart_s = 2.2;     // of the start gate and its ramp
-constexpr double kSettling_s = 8.0;  // of a gain that was lowered once: it rises by 0.2 a second
-constexpr double kOutside_m = 0.01;  // where the grip waits for it
+constexpr double kStart_s = 2.2;  // of the start gate and its ramp
+// After a gain was lowered once: it rises by 0.2 per second.
+constexpr double kSettling_s = 8.0;
+// Where the grip waits for the start.
+constexpr double kOutside_m = 0.01;
 constexpr double kStrength_n = 50.0;
 
-/// All that lies at x > 0, with an edge 1.5 mm soft.
+/// Solid at x > 0, with an edge 1.5 mm soft.
 class Block final : public FrameData {
  public:
   bool is_vector() const noexcept override { return false; }
@@ -82,7 +84,7 @@ double GuardedWall::push_n(double x_m, double dt_s) noexcept {
   input_.reading.position_m = {x_m, 0.0, 0.0};
   input_.reading.fresh = true;
   const TickOutput out = haptics_.tick(input_);
-  // The slow rise at a first touch is no sign of trouble.
+  // The slow rise at a first contact is no fault.
   heard_ |= out.cause != Cause::kNone && out.cause != Cause::kFirstContact;
   return out.command.force_n.x;
 }
@@ -90,7 +92,7 @@ double GuardedWall::push_n(double x_m, double dt_s) noexcept {
 StabilityResult run_guarded(const StabilityCase& at, bool knows, const HapticsOptions& options) {
   GuardedWall wall(at, knows, options);
   StabilityCase of = at;
-  // What it rests at, and how fast, follow from the stiffness that is.
+  // The place and the speed at rest follow from the present stiffness.
   of.stiffness_n_per_m = wall.stiffness_n_per_m();
   of.settling_s = kSettling_s;
   WallLoop loop;

@@ -8,18 +8,18 @@
 
 namespace palpate::stability {
 
-/// palpate's whole haptic step at a wall of data that lies at x > 0, one dimension: scene, sweep,
-/// tank, lead and every guard, started and on.
+/// palpate's whole haptic step at a wall of data at x > 0, in one dimension: scene, sweep, tank,
+/// lead and every guard, after the start ramp.
 class GuardedWall {
  public:
-  /// knows: the device says which stiffness it holds, b / (T/2 + delay), so that palpate asks for
-  /// no more; else it says nothing and only the guards are left.
+  /// knows: the device reports the stiffness that it can render, b / (T/2 + delay), and palpate
+  /// uses no more; else it reports nothing, and only the guards act.
   GuardedWall(const StabilityCase& at, bool knows, const HapticsOptions& options = {});
   /// The force along x for a position, and time since the last one.
   double push_n(double x_m, double dt_s) noexcept;
-  /// What the wall's stiffness is by now, N/m: not above what the device holds.
+  /// The present stiffness of the wall, N/m: not above the device's limit.
   double stiffness_n_per_m() const { return haptics_.run()->stiffness_n_per_m; }
-  /// A guard said that it lowers the force, since forget() or the start.
+  /// Whether a guard has reported that it lowers the force, since forget() or the start.
   bool heard() const { return heard_; }
   void forget() { heard_ = false; }
 
@@ -29,8 +29,8 @@ class GuardedWall {
   bool heard_ = false;
 };
 
-/// run_stability() with palpate's whole step between encoder and motor; `heard` tells that a guard
-/// lowered the force in the part that was watched.
+/// run_stability() with palpate's whole step between encoder and motor; `heard`: a guard lowered
+/// the force in the watched part.
 StabilityResult run_guarded(const StabilityCase& at, bool knows,
                             const HapticsOptions& options = {});
 

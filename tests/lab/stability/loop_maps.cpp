@@ -17,7 +17,7 @@ constexpr int kHandCount = 5;
 constexpr std::array<devices::HandImpedance, kHandCount> kHands = {
     devices::kNoHand, devices::kLooseHand, devices::kHumanHand, devices::kFirmHand,
     devices::HandImpedance{.stiffness_n_per_m = 500.0}};
-// A tank's books are kept to this.
+// The accuracy of the tank's energy accounting.
 constexpr double kRounding_j = 1e-6;
 
 StabilityMap spring_wall_map(const char* name, const char* title) {
@@ -78,7 +78,8 @@ Cell energy_cell(const LeaningCase& at, bool tank) {
 }  // namespace
 
 Cell loop_cell(const LoopPoint& at, int hand, Loop loop, uint32_t seed) {
-  StabilityCase of = stability_case(seed, 1.0);  // press, impact and the wall's place are drawn
+  // Press, impact and the wall's place are random.
+  StabilityCase of = stability_case(seed, 1.0);
   of.body = {.mass_kg = 0.15,
              .damping_n_s_per_m = at.damping_n_s_per_m,
              .coulomb_n = at.coulomb_n,
@@ -88,7 +89,7 @@ Cell loop_cell(const LoopPoint& at, int hand, Loop loop, uint32_t seed) {
   of.offset_m = of.resolution_m > 0.0 ? of.offset_m / of.resolution_m * at.resolution_m : 0.0;
   of.resolution_m = at.resolution_m;
   of.jitter_s = at.jitter_s;
-  // Below the limit it must be given the time to come to rest; beyond, it shows soon.
+  // Below the limit it needs time to come to rest; beyond, the oscillation shows soon.
   of.longest_s = at.stiffness_share < 1.0 || loop == Loop::kPalpate ? 500.0 : at.longest_s;
   of.stiffness_n_per_m =
       at.stiffness_share * stable_stiffness(at.damping_n_s_per_m, kLoopPeriod_s, at.delay_s);
@@ -177,7 +178,7 @@ StabilityMap jitter_map(const Making& making) {
       "1 ms by up to the jitter, at random.";
   map.x = even_axis("jitter", "ms", 0.0, 0.9, making.count(4, 10));
   map.y = even_axis(kShare, "", 0.4, 2.0, making.count(4, 9));
-  // The worst that could come is the longest period all the time.
+  // The worst case is the longest period all the time.
   map.borders = {border_at_y(kStable, 1.0, map.x),
                  border_along_x("the limit of a loop whose every period is the longest",
                                 evenly(0.0, 1.0, 33), [](double j) {
@@ -233,7 +234,7 @@ StabilityMap beat_map(const Making& making) {
       "the quick run).";
   map.x = log_axis("beats per second", "Hz", 0.5, 10.0, making.count(4, 9));
   map.y = log_axis("stiffness", "N/m", 50.0, 4000.0, making.count(4, 9));
-  // The wall's amplitude is half of what its radius changes by.
+  // The wall's amplitude is half of the change of its radius.
   double limit_hz = 0.1;
   while (consented_amplitude_m(limit_hz) > 0.005) limit_hz *= 1.001;
   map.borders = {border_at_x(kConsent, limit_hz, map.y)};

@@ -20,14 +20,14 @@ double grain(glm::dvec3 lps_mm, double size_mm, uint32_t seed) {
   return 500.0 + 300.0 * texture::smooth_noise(texture::mixed(seed), lps_mm / size_mm);
 }
 
-/// Turns about the middle and dies away towards the border: up to `most` mm, one to one for all
-/// that is asked of it here.
+/// A rotation about the middle that decreases towards the border: up to `most` mm, one to one for
+/// all values used here.
 glm::dvec3 swirl(int size, glm::dvec3 x, double most) {
   const glm::dvec3 r = (x - 0.5 * (size - 1)) / (0.5 * size);
   const double t = glm::dot(r, r);
   if (t >= 1.0) return glm::dvec3(0.0);
   const double fall = (1.0 - t) * (1.0 - t);
-  // |r| (1 - r^2)^2 is 0.286 at most.
+  // |r| (1 - r^2)^2 is at most 0.286.
   return most / 0.286 * fall * glm::cross(glm::normalize(glm::dvec3(0.3, 0.5, 1.0)), r);
 }
 
@@ -67,7 +67,7 @@ MotionPair flat_pair(int size, double radius, double displacement, uint32_t seed
     const double edge = texture::soft_step(glm::length(x - middle) - radius, 1.5);
     return 500.0 + edge * (tissue_of(x, 6.0, 13.0, seed) - 500.0);
   };
-  // At its rim the ball stands nearly still: the outside says nothing of the inside.
+  // At its rim the ball is nearly still: the outside gives no information on the inside.
   const auto u = [=](glm::dvec3 x) {
     const double t = glm::length(x - middle) / std::max(radius, 12.0);
     const double inner = t < 1.0 ? (1.0 - t * t) * (1.0 - t * t) : 0.0;

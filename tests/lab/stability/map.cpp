@@ -26,7 +26,8 @@ const char* word(Outcome outcome) {
   return "";
 }
 
-/// How many lines of cells are held before the first that is not, going towards what is harder.
+/// The number of lines of cells that are held before the first that is not, in the direction of
+/// difficulty.
 size_t lines_held(const StabilityMap& map, size_t side) {
   const bool along_y = map.harder_along_y;
   const size_t lines = (along_y ? map.y : map.x).at.size();
@@ -69,7 +70,7 @@ std::string side_text(const StabilityMap& map, size_t side) {
 std::string value_text(const Axis& axis, size_t i) {
   if (!axis.words.empty()) return axis.words[i];
   std::string text = fmt::format("{:.3g}", axis.at[i]);
-  // 3.18e+03: not for people.
+  // Not as 3.18e+03.
   if (text.find("e+") != std::string::npos) text = fmt::format("{:.0f}", std::stod(text));
   return text;
 }
@@ -93,7 +94,7 @@ std::string meaning(const StabilityMap& map) {
 
 namespace {
 
-/// As one value of a row: in quotes where a comma would end it.
+/// As one value of a row: in quotes if it contains a comma.
 std::string quoted(const std::string& text) {
   return text.find(',') == std::string::npos ? text : '"' + text + '"';
 }
@@ -126,7 +127,8 @@ void fill(StabilityMap& map, const Making& making,
   const size_t all = cells * map.sides.size();
   const auto work = [&] {
     for (size_t n = next++; n < all && !making.stop.stop_requested(); n = next++) {
-      // Side by side: what both methods are given is made twice, or kept by who is asked.
+      // Both methods of a cell follow each other. Their input is made twice, or cached by the
+      // function.
       const size_t side = n % map.sides.size(), cell = n / map.sides.size();
       try {
         map.sides[side].cells[cell] = at(side, map.x.at[cell % wide], map.y.at[cell / wide]);

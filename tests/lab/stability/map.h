@@ -9,20 +9,24 @@
 
 namespace palpate::stability {
 
-/// What became of a method at one point of a map.
+/// The result of a method at one point of a map.
 enum class Outcome : uint8_t {
-  kHeld,     ///< it did what it should
-  kFlagged,  ///< it failed, and said so: a verdict, a low confidence, a named cause
-  kSilent,   ///< it failed and said nothing
+  /// It succeeded.
+  kHeld,
+  /// It failed and reported it: a verdict, a low confidence, a named cause.
+  kFlagged,
+  /// It failed and reported nothing.
+  kSilent,
 };
 
 /// One point of a map for one method.
 struct Cell {
-  double value = 0.0;  ///< what the colour shows, in the map's unit
+  /// Shown as the colour, in the map's unit.
+  double value = 0.0;
   Outcome outcome = Outcome::kHeld;
 };
 
-/// One direction of a map. It has numbers, or words where what is varied has no order.
+/// One axis of a map. It has numbers, or words if the values have no order.
 struct Axis {
   std::string name;        ///< "displacement"
   std::string unit;        ///< "voxels"; empty: none
@@ -34,30 +38,33 @@ struct Axis {
 /// The i-th value for people: its word, or three digits, without the unit.
 std::string value_text(const Axis& axis, size_t i);
 
-/// A line that theory draws into a map: where a method should begin to fail.
+/// A theoretical border in a map: where a method should begin to fail.
 struct Border {
   std::string name;                ///< "q times phase = 1 (Banach)"
   std::vector<glm::dvec2> points;  ///< in the axes' units; may leave the map
 };
 
-/// One method's side of a map.
+/// The results of one method in a map.
 struct Side {
   std::string method;  ///< "palpate", "classic Demons"
-  /// how it reports a failure: "fades the force with the cause 'field'"; empty: it does not
+  /// How it reports a failure: "fades the force with the cause 'field'"; empty: it does not.
   std::string flag;
   std::vector<Cell> cells;  ///< x fastest
 };
 
-/// Where methods hold and where they fail, over two things that make it harder for them.
+/// Where methods hold and where they fail, over two variables that make their task harder.
 struct StabilityMap {
   std::string group;  ///< "motion", "back-tracking", "loop"
   std::string name;   ///< of its files: "noise"
   std::string title;
-  std::string made;    ///< what was done in each cell, one sentence
+  /// What was done in each cell, one sentence.
+  std::string made;
   std::string failed;  ///< what counts as a failure, one clause: "more than 5 % of ..."
   Axis x, y;
-  bool harder_along_y = false;         ///< which axis the sentence goes along
-  std::string colour, colour_unit;     ///< what the colour shows
+  /// The axis along which the sentence goes.
+  bool harder_along_y = false;
+  /// The quantity shown as the colour.
+  std::string colour, colour_unit;
   double lowest = 0.0, highest = 1.0;  ///< ends of the colours
   bool logarithmic = false;            ///< the colours
   std::vector<Border> borders;
@@ -68,38 +75,39 @@ struct StabilityMap {
   }
 };
 
-/// How many cells of a side came out as what.
+/// The number of cells of a side by outcome.
 struct Tally {
   int held = 0, flagged = 0, silent = 0;
   int all() const { return held + flagged + silent; }
 };
 Tally tally(const Side& side);
 
-/// What the map says, one sentence a method made of its own numbers, palpate first.
+/// The meaning of the map, one sentence per method computed from its numbers, palpate first.
 std::string meaning(const StabilityMap& map);
 
-/// The map as a table: one row a cell, with a first row of names.
+/// The map as a table: one row per cell, with a first row of names.
 std::string csv(const StabilityMap& map);
 
-/// How maps are made.
+/// Options for making maps.
 struct Making {
   bool quick = false;
   uint32_t seed = 1;
   unsigned threads = 1;
   std::stop_token stop;
-  std::function<void(double)> progress;  ///< share of this map that is done; may be empty
+  /// The share of this map that is done; may be empty.
+  std::function<void(double)> progress;
 
-  /// How many values an axis gets.
+  /// The number of values of an axis.
   int count(int if_quick, int if_full) const { return quick ? if_quick : if_full; }
 };
 
-/// A map's cells by a function of (side, x, y), called from `making.threads` threads at once (one:
-/// from the caller's). Stops early, with cells left as they are, when asked to. What the function
-/// throws comes out of here.
+/// Fills a map's cells by a function of (side, x, y), called from `making.threads` threads at once
+/// (one: from the caller's). After a stop request it ends early, with the other cells unchanged.
+/// Passes exceptions of the function on.
 void fill(StabilityMap& map, const Making& making,
           const std::function<Cell(size_t side, double x, double y)>& at);
 
-/// n values from low to high, evenly or evenly in the logarithm.
+/// n values from low to high, at equal intervals or at equal intervals of the logarithm.
 std::vector<double> evenly(double low, double high, int n);
 std::vector<double> log_evenly(double low, double high, int n);
 
@@ -114,7 +122,7 @@ Border border_at_y(std::string name, double y, const Axis& x);
 Border border_along_x(std::string name, const std::vector<double>& x,
                       const std::function<double(double)>& y);
 
-/// A seed of its own for every cell, the same for all methods, so that they are given the same.
+/// A seed for every cell, the same for all methods, so that they get the same input.
 uint32_t cell_seed(uint32_t seed, double x, double y);
 
 }  // namespace palpate::stability

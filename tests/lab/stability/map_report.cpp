@@ -31,7 +31,8 @@ std::string with_unit(const std::string& name, const std::string& unit) {
   return unit.empty() ? name : fmt::format("{} ({})", name, unit);
 }
 
-/// Few cells are named each: what was measured is read off, and nothing between or beyond.
+/// If there are few cells each has its value: they are the measured values, with nothing between or
+/// beyond.
 report::Axis axis_of(const Axis& axis) {
   constexpr size_t kFew = 7;
   report::Axis drawn{with_unit(axis.name, axis.unit), axis.logarithmic, {}, {}};
@@ -50,8 +51,8 @@ report::MarkedCells marked(const StabilityMap& map, const Side& side, Outcome ou
   return cells;
 }
 
-/// The border with points between its points: of a long piece only what has an end in the picture
-/// would be drawn.
+/// The border with points between its points: of a long segment only a part with an end in the
+/// picture would be drawn.
 std::vector<std::pair<double, double>> drawn_points(const StabilityMap& map, const Border& border) {
   constexpr int kPieces = 64;
   const auto between = [](double a, double b, double t, bool logarithmic) {
@@ -94,7 +95,7 @@ std::string escaped(const std::string& text) {
   return result;
 }
 
-/// What the marks and lines of all panels mean, each in a row of its own above them.
+/// The key: the meaning of marks and lines of all panels, each in a row above them.
 std::string key_of(const StabilityMap& map) {
   // As report::HeatMap draws them.
   constexpr const char* kDashes[] = {"", "8 4", "2 3", "8 3 2 3"};
@@ -137,7 +138,8 @@ Result<std::string> picture_of(const StabilityMap& map) {
     const Side& side = map.sides[size_t(p)];
     auto panel = report::drawn(panel_of(map, side), fmt::format("{}{}", id, p));
     if (!panel) return panel.error();
-    panel->replace(0, 4, "<svg overflow=\"visible\"");  // a long axis' title may reach out of it
+    // The title of a long axis may extend beyond it.
+    panel->replace(0, 4, "<svg overflow=\"visible\"");
     const int x = kLeft_px + p % kPanelsInARow * kPanelWidth_px;
     const int y = top + p / kPanelsInARow * (kPanelHeight_px + kTitle_px);
     svg += fmt::format(

@@ -35,12 +35,14 @@ int size_of(const Making& making) {
 }
 
 Making alone(Making making) {
-  making.threads = 1;  // a pair takes all cores
+  // A pair uses all cores.
+  making.threads = 1;
   return making;
 }
 
-/// How many frames may be left out after this one until the outside of the wall (30 mm from the
-/// middle in the smallest state) has moved by half of the wall there is; kHeartFrames: never.
+/// The number of frames that may be left out after this one until the outside of the wall (30 mm
+/// from the middle in the smallest state) has moved by half of the wall's thickness; kHeartFrames:
+/// never.
 double left_out_to_half_the_wall(double frame) {
   const Grid grid = heart_grid(64);
   const Mask wall = shell_mask(grid, 0, kHeartFrames);
@@ -52,7 +54,7 @@ double left_out_to_half_the_wall(double frame) {
       last = std::max(last, r);
     }
   const double thickness = last - first + grid.finest_mm();
-  // Between frames the phantom's motion goes as a cosine.
+  // Between frames the phantom's motion is a cosine.
   const auto place = [&](double k) {
     const double s = 0.5 * (1.0 - std::cos(2.0 * std::numbers::pi * k / kHeartFrames));
     return s * (shell_point({last, 0.0, 0.0}, 0, kHeartFrames / 2, kHeartFrames).x - last);
@@ -113,8 +115,8 @@ StabilityMap contrast_map(const std::shared_ptr<vulkan::Context>& context, const
       "a share of the intensity range.";
   map.x = log_axis("more gain", "", 0.01, 3.0, making.count(3, 7));
   map.y = log_axis("bias, as a share of the range", "", 0.01, 3.0, making.count(3, 5));
-  // Where light changes the frames as much as the motion does, in the mean square, for a body of
-  // mean m and deviation s with a range r:  g^2 (m^2 + s^2) + g m b r + b^2 r^2 / 3 = moved.
+  // Where the light changes the frames as much as the motion does, in the mean square, for a body
+  // of mean m and deviation s with a range r: g^2 (m^2 + s^2) + g m b r + b^2 r^2 / 3 = moved.
   const MotionPair plain = noisy_pair(size_of(making), 0.0, 3.0, making.seed);
   double moved = 0.0, mean = 0.0;
   const double n = double(plain.fixed.values.size());
@@ -197,7 +199,7 @@ StabilityMap sliding_map(const std::shared_ptr<vulkan::Context>& context, const 
            true,
            {}};
   map.borders = {border_at_x("two cells of the field (8 voxels)", 8.0, map.y)};
-  // One estimate serves all distances.
+  // One estimation for all distances.
   struct Known {
     double shift = -1.0;
     MotionPair pair;

@@ -22,7 +22,7 @@ void each_voxel(const Grid& grid, const Work& work) {
 }
 
 bool inside(const Grid& grid, glm::dvec3 index) {
-  // A margin of mm, so that it is the same along a coarse axis.
+  // A margin in mm, so that it is the same along a coarse axis.
   const glm::dvec3 margin = kMargin_voxels * grid.finest_mm() / grid.spacing_mm;
   return glm::all(glm::greaterThanEqual(index, margin)) &&
          glm::all(glm::lessThanEqual(index, glm::dvec3(grid.size - 1) - margin));

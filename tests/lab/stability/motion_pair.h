@@ -13,7 +13,7 @@ class Context;
 
 namespace palpate::stability {
 
-/// Two frames, what the truth is between them, and where to score.
+/// Two frames, the true motion between them, and where to score.
 struct MotionPair {
   Volume fixed, moving;
   Field truth;  ///< on fixed's grid, mm
@@ -28,35 +28,36 @@ Grid cube(int size);
 MotionPair pair_of(const Grid& grid, const std::function<double(glm::dvec3)>& body,
                    const std::function<glm::dvec3(glm::dvec3)>& u_mm);
 
-/// Adds noise of so large a standard deviation, another in each frame.
+/// Adds noise of this standard deviation, different in each frame.
 void add_noise(MotionPair& pair, double sd, uint32_t seed);
 
 /// Standard deviation of a volume's values.
 double deviation(const Volume& volume);
 
-/// What a preset found for a pair.
+/// The result of a preset for a pair.
 struct Found {
   Field field;
   Confidence confidence;
   double folded_share = 0.0;
-  Trust trust = Trust::kOk;  ///< ok also where nothing was judged
+  /// Ok also if there is no verdict.
+  Trust trust = Trust::kOk;
 };
 
-/// Estimates the motion of the pair with a preset. judge: also back, and a verdict of it all, as
-/// `palpate motion` does. Throws std::runtime_error with a sentence where the device fails.
+/// Estimates the motion of the pair with a preset. judge: also backward, with a verdict, as
+/// `palpate motion` does. Throws std::runtime_error with a message if the device fails.
 Found found(const std::shared_ptr<vulkan::Context>& context, const MotionPair& pair,
             const std::string& preset, bool judge);
 
-/// How good that is.
+/// The accuracy of a result.
 struct Score {
   double mean_voxels = 0.0;  ///< endpoint error, in voxels of the finest axis
   double wrong_share = 0.0;  ///< of the scored voxels with an error above a voxel
-  /// of those: with a confidence that is not low, which speaks for them
+  /// The part of these whose confidence is not low.
   double unseen_share = 0.0;
 };
 
-/// Holds it against the truth where the pair's mask is set. Throws std::runtime_error where that is
-/// nowhere.
+/// Compares it with the truth inside the pair's mask. Throws std::runtime_error if the mask is
+/// empty.
 Score scored(const Found& found, const MotionPair& pair);
 
 }  // namespace palpate::stability

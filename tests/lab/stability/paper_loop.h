@@ -7,10 +7,10 @@
 
 namespace palpate::stability {
 
-/// The paper's haptic frame, built from the same parts: transforms by its (17) to (21) where the
-/// scene says so, back-tracking by its fixed point where the scene says so, primitives at the proxy
-/// of the last frame, one solve, and the proxy goes there at once. What palpate adds is not in it:
-/// no sweep, no tank, no guards.
+/// The paper's haptic frame, built from the same parts: transforms by its (17) to (21) and
+/// back-tracking by its fixed point, both if the scene selects them; primitives at the proxy of the
+/// last frame; one solve; and the proxy moves to the result at once. It has none of palpate's
+/// additions: no sweep, no tank, no guards.
 class PaperLoop {
  public:
   explicit PaperLoop(std::shared_ptr<const Scene> scene) : run_(std::move(scene)) {}
@@ -24,7 +24,7 @@ class PaperLoop {
   bool started_ = false;
 };
 
-/// What a Hand is, for the paper's loop. Throws std::runtime_error where the scene can not be
+/// The counterpart of Hand for the paper's loop. Throws std::runtime_error if the scene can not be
 /// assembled.
 class PaperHand {
  public:

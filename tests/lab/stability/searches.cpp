@@ -10,7 +10,7 @@ namespace palpate::stability {
 namespace {
 
 constexpr int kSearches = 2000;
-// A point is right when it is this near to what was asked for, in cells of the field.
+// A point is right if it is this near to the target, in cells of the field.
 constexpr double kRight_cells = 1e-3;
 constexpr double kSliver = 0.05;
 
@@ -45,7 +45,7 @@ Field wavy_field(const Grid& grid, Draws& draws) {
   return field;
 }
 
-/// Independent vectors: as rough as a field can be.
+/// Independent random vectors: the roughest field possible.
 Field rough_field(const Grid& grid, Draws& draws) {
   Field field = still_field(grid);
   for (glm::vec3& u : field.u_mm) u = glm::vec3(draws.vector(1.0));
@@ -62,9 +62,9 @@ bool upright(const MotionMap& map, double phase, glm::dvec3 x, double least) {
   return glm::determinant(glm::dmat3(1.0) + phase * map.sample(x).jacobian) > least;
 }
 
-/// No fold on the straight way from a to b: what lies behind one is other material, however well it
-/// fits. (Beyond the field's end nearly every point has such an answer.) Looked at every 1/20 cell;
-/// a determinant just below zero is a fold thinner than the 1/32 cell at which back_track() looks,
+/// No fold on the straight way from a to b: beyond a fold there is other material, however well it
+/// fits. (Beyond the field's end nearly every point has such a result.) Sampled every 1/20 cell. A
+/// determinant just below zero is a fold thinner than the 1/32 cell at which back_track() samples,
 /// over which it changes by a tenth at most.
 bool unfolded(const MotionMap& map, double phase, glm::dvec3 a, glm::dvec3 b) {
   const int looks = 1 + int(20.0 * glm::length(b - a) / map.cell_m());
@@ -75,7 +75,7 @@ bool unfolded(const MotionMap& map, double phase, glm::dvec3 a, glm::dvec3 b) {
   return true;
 }
 
-/// A point that is asked for, and where the search begins.
+/// A target point, and the start of its search.
 struct Ask {
   double phase;
   glm::dvec3 target, start;
@@ -139,7 +139,8 @@ Searches searched(const MotionMap& map, double phase, BackTracking method, Draws
         glm::length(found.x_m + at * map.displacement(found.x_m) - target) / map.cell_m();
     const bool right = left <= kRight_cells && unfolded(map, at, start, found.x_m);
     const bool fits = left <= kRight_cells && upright(map, at, found.x_m, 0.0);
-    // The fixed point of the paper has no word for it: it goes on with the better of its guesses.
+    // The paper's fixed point can not report a failure: it continues with the better of its
+    // guesses.
     const bool says = method == BackTracking::kNewton && !found.ok;
     ++all.steps[size_t(std::min(found.steps, 64))];
     all.missed += !right || says;

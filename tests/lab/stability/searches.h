@@ -10,25 +10,30 @@
 
 namespace palpate::stability {
 
-/// A field of 24^3 samples of 1 mm whose worst cell has the contraction bound q.
+/// A field of 24^3 samples of 1 mm; the contraction bound of its worst cell is q.
 Field flow_field(Flow flow, double q, Draws& draws);
 
-/// What came of many searches for points.
+/// The results of many searches for points.
 struct Searches {
-  std::array<int64_t, 65> steps{};  ///< how many searches took so many reads after the first
+  /// The number of searches by the number of field reads after the first.
+  std::array<int64_t, 65> steps{};
   int64_t count = 0;
-  int64_t missed = 0;        ///< the point is not right, or the search says so
-  int64_t unseen = 0;        ///< the point is not right, and the search does not say so
-  int64_t wrong = 0;         ///< does not fit or is inside out, and the search does not say so
-  double worst_cells = 0.0;  ///< largest residual of those that are not called missed
+  /// The point is wrong, or the search reports a failure.
+  int64_t missed = 0;
+  /// The point is wrong, and the search reports no failure.
+  int64_t unseen = 0;
+  /// Does not fit or is inverted, and the search reports no failure.
+  int64_t wrong = 0;
+  /// Largest residual of the searches that report no failure.
+  double worst_cells = 0.0;
   double seconds = 0.0;
   int quantile(double q) const;  ///< of the steps
   void operator+=(const Searches& other);
 };
 
-/// `count` seeded searches as a hand asks for them: up to 1 m/s of its own, and up to a tenth of a
-/// step since the last time. phase: below zero, another one for each. Every answer is judged
-/// afresh: the search's own word is not taken for it.
+/// `count` seeded searches as the haptic loop makes them: a hand of up to 1 m/s, and up to a tenth
+/// of a step since the last search. phase: below zero, a random one for each. Every result is
+/// checked independently of the search's own report.
 Searches searched(const MotionMap& map, double phase, BackTracking method, Draws draws, int count);
 
 }  // namespace palpate::stability

@@ -12,7 +12,7 @@
 namespace palpate::stability {
 
 /// The beating shell without texture, so that its surface is known exactly: a ball of value 1000 in
-/// 0, kOuterMm in radius in the smallest state, moved as the heart phantom moves. Edges are 1.5
+/// 0, of radius kOuterMm in the smallest state, moved as the heart phantom moves. Edges are 1.5
 /// voxels soft. Its surface, the value 500, is a sphere at all times.
 constexpr double kOuterMm = 25.0;
 
@@ -34,7 +34,7 @@ inline Volume shell_frame(const Grid& grid, int k, int n) {
   return frame;
 }
 
-/// The same frame without samples: what is left of an error with it is the method's own.
+/// The same frame as a formula: the remaining error with it is that of the method.
 class Ball final : public FrameData {
  public:
   Ball(double radius_m, double soft_m) : radius_m_(radius_m), soft_m_(soft_m) {}
@@ -67,10 +67,10 @@ inline Grid shell_grid(double spacing_mm) {
   return grid;
 }
 
-/// What the shell's frames are made of. Their motion is sampled at the same spacing in either case.
+/// The form of the shell's frames. Their motion is sampled at the same spacing in both cases.
 enum class Made { kSampled, kAnalytic };
 
-/// n frames (1: still, in its smallest state), cyclic, at so many frames per second.
+/// n frames (1: still, in its smallest state), cyclic, at this many frames per second.
 inline std::shared_ptr<const MovingVolume> shell(int n, double frames_per_second,
                                                  Made made = Made::kAnalytic,
                                                  double spacing_mm = 1.0) {
@@ -94,7 +94,7 @@ inline std::shared_ptr<const MovingVolume> shell(int n, double frames_per_second
   return volume;
 }
 
-/// The exact radius at a frame pointer, m: between frames the material goes in a straight line.
+/// The exact radius at a frame pointer, m: between frames the material moves along a straight line.
 inline double shell_radius_m(FramePointer at, int n) {
   return 1e-3 * (shell_radius_mm(at.frame, n) + at.phase * (shell_radius_mm((at.frame + 1) % n, n) -
                                                             shell_radius_mm(at.frame, n)));
@@ -116,8 +116,7 @@ inline SceneSpec shell_spec(double strength_n, double friction, double stiffness
   return spec;
 }
 
-/// Options without guards in the way: what is tested is the scene's own force, at the very place
-/// where the hand is.
+/// Options without active guards: tests see the scene's own force, at the exact place of the hand.
 inline HapticsOptions unmetered() {
   HapticsOptions options;
   options.meter_energy = false;

@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kWallPeriod_s = 1e-3;
 constexpr double kLost_m = 1.0;
-constexpr double kExact_m = 1e-6;  ///< what counts as rest with an exact encoder
+/// Counts as rest with an exact encoder.
+constexpr double kExact_m = 1e-6;
 constexpr std::array<devices::HandImpedance, 4> kWallHands = {
     devices::kNoHand, devices::kLooseHand, devices::kHumanHand, devices::kFirmHand};
 
@@ -32,12 +33,12 @@ Decay decay_of(const StabilityCase& at, double lead_share) {
   const double lost = at.stiffness_n_per_m * std::sin(std::min(omega * late_s, 1.5)) / omega;
   const double half = 0.5 * (damping + hand.damping_n_s_per_m - lost) / m;
   const double under = half * half - omega * omega;
-  // The slower of two real roots, written so that nothing cancels.
+  // The slower of two real roots, in a form without cancellation.
   if (under > 0.0 && half > 0.0) return {omega * omega / (half + std::sqrt(under)), omega};
   return {std::max(1e-5, half), omega};
 }
 
-/// Lowest, highest and mean square of what it is given.
+/// Minimum, maximum and mean square of its values.
 struct Spread {
   double low = std::numeric_limits<double>::infinity(), high = -low, sum = 0.0, squares = 0.0;
   long count = 0;
@@ -82,8 +83,8 @@ StabilityCase stability_case(uint32_t seed, double c) {
 }
 
 StabilityResult run_stability(const StabilityCase& at, const WallLoop& loop) {
-  // Into the wall is +x. The hand means to be where it presses as asked for; a weight presses where
-  // there is no hand.
+  // Into the wall is +x. The hand's target is where it presses with the given force; without a hand
+  // a weight presses.
   const double hand_k = at.body.hand.stiffness_n_per_m, wall_k = at.stiffness_n_per_m;
   const double depth_m = at.press_n / wall_k;
   const bool held = hand_k > 0.0;
@@ -91,7 +92,7 @@ StabilityResult run_stability(const StabilityCase& at, const WallLoop& loop) {
   const double weight_n = held ? 0.0 : at.press_n;
 
   const Decay decay = decay_of(at, loop.lead_share);
-  // At the first touch it is a whole depth away from where it will rest, and moves.
+  // At the first contact it is a whole depth away from its place at rest, and moves.
   const double start_m = at.impact_m_per_s / decay.omega + depth_m + 10 * kExact_m;
   const double foldings = 1.5 + std::log(start_m / (0.25 * at.resolution_m + 0.1 * kExact_m));
   const double watched_s = std::clamp(3.0 * 2.0 * std::numbers::pi / decay.omega, 0.5, 20.0);
@@ -129,7 +130,8 @@ StabilityResult run_stability(const StabilityCase& at, const WallLoop& loop) {
     if (period_s > first_s)
       body.advance(period_s - first_s, {now_n + weight_n, 0.0, 0.0}, intended, intended);
     result.largest_n = std::max(result.largest_n, -push_n);
-    if (std::abs(body.position_m().x) > kLost_m) {  // it will not come back
+    // It will not come back.
+    if (std::abs(body.position_m().x) > kLost_m) {
       result.swing_m = kLost_m;
       result.limit_cycle = true;
       return result;

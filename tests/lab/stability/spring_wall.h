@@ -7,37 +7,45 @@
 
 namespace palpate::stability {
 
-/// A device, a hand and a spring wall, sampled at 1 kHz and held. One dimension: the wall's normal.
+/// A device, a hand and a spring wall, sampled at 1 kHz with a zero-order hold. One dimension: the
+/// wall's normal.
 struct StabilityCase {
   devices::MassProperties body;
-  double delay_s = 0.0;       ///< from taking a position to the force, whole or fractional samples
+  /// From the reading of a position to the force, whole or fractional samples.
+  double delay_s = 0.0;
   double resolution_m = 0.0;  ///< of the encoder
-  double offset_m = 0.0;      ///< of the wall from the encoder's counts
-  double press_n = 1.0;       ///< what the hand, or without one a weight, presses with at rest
+  /// Of the wall relative to the encoder's counts.
+  double offset_m = 0.0;
+  /// The force at rest of the hand or, without one, of a weight.
+  double press_n = 1.0;
   double impact_m_per_s = 0.1;     ///< speed at the first touch
   double stiffness_n_per_m = 0.0;  ///< of the wall
   int hand = 0;                    ///< place in hand_name()
-  double jitter_s = 0.0;      ///< every period is longer or shorter by up to this, evenly spread
+  /// Every period is longer or shorter by up to this, uniformly distributed.
+  double jitter_s = 0.0;
   double longest_s = 2000.0;  ///< of simulated time
-  double settling_s = 0.0;    ///< more of it, for what else must come to rest: guards
+  /// More time for other things that must come to rest: guards.
+  double settling_s = 0.0;
 };
 
 /// The loop between encoder and motor.
 struct WallLoop {
-  /// Of what sampling and delay cost: see DelayLead; 0 is the plain loop.
+  /// The compensated share of the loss by sampling and delay: see DelayLead; 0 is the plain loop.
   double lead_share = 0.0;
-  /// In place of lead and spring: the force (N) for a position (m) and the time since the last (s).
+  /// Replaces lead and spring: the force (N) for a position (m) and the time since the last one
+  /// (s).
   std::function<double(double x_m, double dt_s)> push_n;
-  std::function<void()> watch;  ///< called when the part that is watched begins; may be empty
+  /// Called at the begin of the watched part; may be empty.
+  std::function<void()> watch;
 };
 
 /// "none", "loose", "human", "firm", "spring" (a spring without mass or damping: the worst passive
 /// hand).
 const char* hand_name(int hand);
 
-/// A case of the grid, drawn evenly (delay 0 to 3 ms, 30 % of them whole samples; encoder 0 to 60
-/// um, 10 % of them exact; hand) or evenly in the logarithm (mass 0.05 to 1 kg, damping 0.1 to 10 N
-/// s/m, press 0.1 to 3 N, impact 0.01 to 0.3 m/s). Stiffness: c b / (T/2 + delay).
+/// A random case of the grid: uniform (delay 0 to 3 ms, 30 % of them whole samples; encoder 0 to 60
+/// um, 10 % of them exact; hand) or uniform in the logarithm (mass 0.05 to 1 kg, damping 0.1 to 10
+/// N s/m, press 0.1 to 3 N, impact 0.01 to 0.3 m/s). Stiffness: c b / (T/2 + delay).
 StabilityCase stability_case(uint32_t seed, double c);
 
 struct StabilityResult {
@@ -49,12 +57,12 @@ struct StabilityResult {
   bool heard = false;  ///< a guard lowered the force: see run_guarded()
 };
 
-/// What counts as a limit cycle: a swing of more than two counts (1 um for an exact encoder, added)
-/// after the time in which the loop without rounding decays from the impact to a quarter of a
-/// count, and 1.5 e-foldings and 30 % more. Why two: a motion of an amplitude below one count meets
-/// the encoder as a relay, whose gain for small motions is without bound, so that without dry
-/// friction any spring on any encoder hums there, whatever its stiffness; from an amplitude of one
-/// count on the gain is 1.12 at most, and what stays is the loop's fault.
+/// The criterion of a limit cycle: a swing of more than two counts (1 um for an exact encoder,
+/// added) after the time in which the loop without rounding decays from the impact to a quarter of
+/// a count, and 1.5 e-foldings and 30 % more. Why two: for a motion with an amplitude below one
+/// count the encoder is a relay, whose gain for small motions is unbounded. So without dry friction
+/// any spring on any encoder oscillates there, whatever its stiffness. From an amplitude of one
+/// count on the gain is at most 1.12, and a remaining oscillation is caused by the loop.
 StabilityResult run_stability(const StabilityCase& at, const WallLoop& loop);
 inline StabilityResult run_stability(const StabilityCase& at, double lead_share) {
   return run_stability(at, WallLoop{lead_share, {}, {}});

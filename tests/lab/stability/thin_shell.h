@@ -10,15 +10,15 @@ namespace palpate::stability {
 
 constexpr int kThinFrames = 4;
 
-/// The beating shell's surface alone, as thick as one voxel of the grid, in frame k: the hardest
-/// wall to hold.
+/// The beating shell's surface alone, as thick as one voxel of the grid, in frame k: the most
+/// difficult wall to hold.
 inline Volume thin_frame(const Grid& grid, int k) {
   Volume frame{grid, std::vector<float>(grid.count())};
   const double radius = shell_radius_mm(k, kThinFrames);
   for (int z = 0; z < grid.size.z; ++z)
     for (int y = 0; y < grid.size.y; ++y)
       for (int x = 0; x < grid.size.x; ++x) {
-        // What of a voxel the wall fills.
+        // The share of a voxel that the wall fills.
         const double r = glm::length(grid.lps_from_index({x, y, z}));
         const double share = 1.0 - std::abs(r - radius) / grid.finest_mm();
         frame.values[grid.offset(x, y, z)] = float(1000.0 * std::max(0.0, share));
@@ -26,7 +26,8 @@ inline Volume thin_frame(const Grid& grid, int k) {
   return frame;
 }
 
-/// It as a moving volume of 1 mm, cyclic. The same frames at any rate share data and motion.
+/// The same as a moving volume of 1 mm, cyclic. Volumes of any rate share the same frames and
+/// motion.
 inline std::shared_ptr<const MovingVolume> thin_shell(double frames_per_second) {
   static const MovingVolume made = [] {
     MovingVolume volume = *shell(kThinFrames, 1.0);

@@ -25,7 +25,7 @@ int64_t steady_ns() {
       .count();
 }
 
-/// A stroke round the ball along a seeded great circle, in and out through the surface.
+/// A stroke around the ball along a seeded great circle, in and out through the surface.
 class Stroke {
  public:
   Stroke(uint32_t seed, double middle_m, double swing_m) : middle_m_(middle_m), swing_m_(swing_m) {
@@ -59,8 +59,8 @@ std::shared_ptr<const MovingVolume> sphere(int frames, const FeelSetting& settin
   return volume;
 }
 
-/// Where a strength that grows over the edge balances the spring: the paper's loop needs such a
-/// window, as a surface that holds or does not would leave its proxy at the hand.
+/// The radius at which a strength that grows over the edge balances the spring. The paper's loop
+/// needs such a growing strength: with a step its proxy would stay at the hand.
 double balanced_radius_m(double probe_m, double surface_m, const TransferFunction& strength) {
   const stability::Ball ball(surface_m, 1.06e-3);
   double in = surface_m - 0.003, out = surface_m + 0.003;
@@ -82,7 +82,8 @@ SceneSpec spec_of(const FeelSetting& setting) {
   return spec;
 }
 
-/// Poses of a sphere that turns about its middle, from graphics frames of 11 and 22 ms in turn.
+/// Poses of a sphere that rotates about its middle, from graphics frames of alternately 11 and 22
+/// ms.
 class Turning {
  public:
   explicit Turning(bool turns) : turns_(turns) {}
@@ -109,7 +110,7 @@ struct Sums {
   int64_t held = 0;
 };
 
-/// One stroke of any hand; exact(probe radius, sphere radius) is the force that there should be.
+/// One stroke of either hand; exact(probe radius, sphere radius) is the exact force.
 template <class AnyHand, class Exact>
 void run_stroke(AnyHand& hand, const Stroke& path, const FeelSetting& setting, const Exact& exact,
                 Sums& sums) {
@@ -194,7 +195,7 @@ double hearts_us(int volumes, int modes_of_each, Moves moves, int ticks) {
     path.next(input, out.first);
     const int64_t begin = steady_ns();
     out = hand.haptics.tick(input);
-    // The first half second comes in from outside, with cold caches.
+    // In the first half second the hand comes in from outside, with cold caches.
     if (i > 500) us.push_back(1e-3 * double(steady_ns() - begin));
   }
   return quantile(us, 0.5);
@@ -202,7 +203,7 @@ double hearts_us(int volumes, int modes_of_each, Moves moves, int ticks) {
 
 namespace {
 
-/// Seeded places within the moving wall of the heart, and the map they move by.
+/// Seeded places within the moving wall of the heart, and the motion map for them.
 struct TurnPlaces {
   std::shared_ptr<const MotionMap> map;
   std::vector<glm::dvec3> targets;
@@ -219,7 +220,8 @@ TurnPlaces turn_places(int count) {
   return places;
 }
 
-constexpr double kPhase = 0.9;  // late in a step the motion is long and hardest to invert
+// Late in a step the motion is large and hardest to invert.
+constexpr double kPhase = 0.9;
 
 template <class Turn>
 TurnMeasure turn_measure(const TurnPlaces& places, const Turn& turn) {

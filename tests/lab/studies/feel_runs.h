@@ -7,10 +7,10 @@
 #include "tests/lab/studies/hearts.h"
 #include "tests/lab/studies/study.h"
 
-/// What a haptic frame costs and how exact its force is, by runs of simulated hands.
+/// Time of a haptic frame and accuracy of its force, from runs of simulated hands.
 namespace palpate::studies {
 
-/// One way of feeling a sphere whose force is known exactly.
+/// One way of feeling a sphere whose exact force is known.
 struct FeelSetting {
   std::string name, family;
   bool paper = false;  ///< the paper's loop, built from the same parts
@@ -24,29 +24,31 @@ struct FeelMeasure {
   FeelSetting setting;
   double median_us = 0.0, p99_us = 0.0;  ///< of one haptic frame
   double rms_n = 0.0, most_n = 0.0;      ///< force error
-  double exact_rms_n = 0.0;              ///< of the force that there should be
-  int64_t held = 0;                      ///< frames in which a point was not found
+  /// Of the exact force.
+  double exact_rms_n = 0.0;
+  int64_t held = 0;  ///< frames in which a point was not found
   double field_megabytes = 0.0;
   double percent() const { return 100.0 * rms_n / exact_rms_n; }
 };
 
-/// Strokes a hand at up to 100 mm/s over and into the sphere, `strokes` times 4 s, and holds every
-/// force against the exact one. With transforms, the sphere turns about its middle, which changes
-/// no force. Throws Mismatch.
+/// Moves a hand at up to 100 mm/s over and into the sphere, `strokes` times 4 s, and compares every
+/// force with the exact one. With transforms, the sphere rotates about its middle, which changes no
+/// force. Throws Mismatch.
 FeelMeasure feel(const FeelSetting& setting, int strokes);
 
-/// Microseconds of one frame, median, of so many beating hearts with so many modes each.
+/// Microseconds of one frame, median, for a number of beating hearts with a number of modes each.
 double hearts_us(int volumes, int modes_of_each, Moves moves, int ticks);
 
-/// What inverting a motion by a number of steps left, mean over places in the heart's field.
+/// The residual of inverting a motion by a number of steps, mean over places in the heart's field.
 struct TurnMeasure {
   int steps = 0;
   double residual_um = 0.0;  ///< root mean square
-  double time_us = 0.0;      ///< of one turn, median of batches
+  /// Of one inversion, median of batches.
+  double time_us = 0.0;
 };
-/// The paper's fixed point (27) with so many steps.
+/// The paper's fixed point (27) with a number of steps.
 TurnMeasure picard_turn(int steps, int places);
-/// palpate's Newton; steps is the mean number it took, rounded.
+/// palpate's Newton method; steps is the mean number that it needed, rounded.
 TurnMeasure newton_turn(int places);
 
 }  // namespace palpate::studies

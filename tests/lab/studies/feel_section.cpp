@@ -206,7 +206,7 @@ std::vector<std::string> feel_sentences(const FeelMeasures& all) {
         less ? paper->rms_n / both->rms_n : both->rms_n / paper->rms_n, less ? "less" : "more"));
   }
   if (both) {
-    // The coarsest field that costs the force no more than a tenth.
+    // The coarsest field that increases the error of the force by a tenth at most.
     const FeelMeasure* coarse = nullptr;
     for (const FeelMeasure& m : all.settings)
       if (m.setting.data_mm == both->setting.data_mm &&

@@ -15,13 +15,14 @@ struct FeelMeasures {
     int volumes = 1, modes = 1;
     double median_us = 0.0;
   };
-  std::vector<Load> loads;  ///< hearts that beat and turn
+  /// Hearts that beat and rotate.
+  std::vector<Load> loads;
 };
 
-/// Runs the hands. Throws Mismatch. Ends early where run.stop asks for it.
+/// Runs the hands. Throws Mismatch. Ends early after a request by run.stop.
 FeelMeasures measure_feel(const StudyRun& run);
 
-/// Sentences about the measurements, worked out from them alone.
+/// Sentences about the measurements, computed from them alone.
 std::vector<std::string> feel_sentences(const FeelMeasures& measures);
 
 /// Feel's part of the report. Errors: gnuplot missing.

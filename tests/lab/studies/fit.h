@@ -11,7 +11,7 @@ struct Line {
   double at(double x) const { return base + slope * x; }
 };
 
-/// Needs two different x at least; else the slope is 0 and the base the mean (0 of nothing).
+/// Needs at least two different x; else the slope is 0 and the base the mean (0 without points).
 inline Line line_through(const std::vector<std::pair<double, double>>& points) {
   Line line;
   double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;

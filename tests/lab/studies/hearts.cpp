@@ -37,7 +37,7 @@ glm::dvec3 place_of(int volume) {
   return {0.008 * volume, 0.0, 0.0};
 }
 
-/// Where a volume is at a time: turning about itself by a quarter of a turn a second.
+/// The pose of a volume at a time: it rotates about itself by a quarter turn per second.
 Transform turned(int volume, double time_s) {
   DriveSpec drive;
   drive.kind = DriveSpec::Kind::kTurn;

@@ -9,7 +9,7 @@
 namespace palpate::studies {
 namespace {
 
-/// Means of blocks: what a scanner of lower resolution would have seen, without aliasing.
+/// Means of blocks: the image of a scanner of lower resolution, without aliasing.
 Volume block_means(const Volume& volume, const Grid& onto, glm::ivec3 block) {
   Volume result{onto, std::vector<float>(onto.count())};
   const glm::ivec3 last = volume.grid.size - 1;
@@ -77,7 +77,7 @@ MotionCase halved(const MotionCase& whole) {
   const Grid coarse = coarsened(grid, block);
   MotionCase result = whole;
   result.fixed = block_means(whole.fixed, coarse, block);
-  // The moving frame may lie elsewhere: it keeps its own grid's place.
+  // The moving frame may be at another place: it keeps that of its own grid.
   result.moving = block_means(whole.moving, coarsened(whole.moving.grid, block), block);
   if (whole.truth) {
     result.truth = resampled(*whole.truth, coarse);

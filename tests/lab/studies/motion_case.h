@@ -11,7 +11,7 @@
 
 namespace palpate::studies {
 
-/// A pair of frames whose motion is known: as a field, or at landmarks.
+/// A pair of frames with known motion: a field, or landmarks.
 struct MotionCase {
   std::string id;    ///< for files: "heart"
   std::string name;  ///< for people: "Beating heart (made), 64 x 64 x 64 voxels of 2 mm"
@@ -23,18 +23,19 @@ struct MotionCase {
   double voxel_mm() const { return fixed.grid.finest_mm(); }
 };
 
-/// The synthetic heart between two frames, of size^3 voxels, scored on its wall.
+/// Two frames of the synthetic heart, of size^3 voxels, scored on its wall.
 MotionCase heart_case(int size);
 
-/// The case on a grid of half as many voxels along each axis that is finer than 1.42 times the
+/// The case on a grid with half as many voxels along each axis that is finer than 1.42 times the
 /// finest: the same motion, about an eighth of the work.
 MotionCase halved(const MotionCase& whole);
 
-/// A mask's nearest value at every sample of another grid.
+/// The nearest value of a mask at every sample of another grid.
 Mask nearest(const Mask& mask, const Grid& onto);
 
-/// Endpoint error against the truth inside the mask, or target registration error at the landmarks:
-/// that in mm alone. Errors: kBadInput as endpoint_error() and target_registration_error_mm().
+/// Endpoint error relative to the truth inside the mask, or target registration error at the
+/// landmarks, the latter in mm only. Errors: kBadInput as endpoint_error() and
+/// target_registration_error_mm().
 Result<Distances> error_of(const Field& field, const MotionCase& known);
 
 /// "115 x 157 x 129 voxels of 1.37 x 1.37 x 2.5 mm".

@@ -22,8 +22,8 @@ class Palpate final : public PairMethod {
     if (!done) return Error{ErrorKind::kCancelled, "Stopped."};
     PairRun& run = *done;
     if (first) device_bytes_ = double(context_->memory_peak_bytes() - before);
-    // The presets are what people use: they are held against the public call. All other settings
-    // go the same way.
+    // Users call the presets, so these are compared with the public function. All other settings
+    // use the same code.
     if (first && setting_.is_preset() && setting_.options.method == MotionMethod::kPalpate)
       demand_same_as_public(context_, run, fixed, moving, setting_.options, patience.stop);
     const double seconds = run.total_s(), work = work_bytes(warm_->plan(), run.report);
@@ -39,7 +39,7 @@ class Palpate final : public PairMethod {
   bool is_ours() const override { return true; }
   bool is_preset() const override { return setting_.is_preset(); }
   bool is_careful() const override { return setting_.careful; }
-  // The paper's method takes tens of times as long on a CPU: once must do.
+  // The paper's method takes tens of times as long on a CPU, so it runs once.
   bool runs_once() const override { return setting_.options.method == MotionMethod::kClassic; }
 
  private:

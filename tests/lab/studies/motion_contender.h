@@ -17,21 +17,24 @@ class Context;
 
 namespace palpate::studies {
 
-/// What one method gave for one pair.
+/// The result of one method for one pair.
 struct PairResult {
   Field field;  ///< mm, LPS, on any grid
   double seconds = 0.0;
-  double work_bytes = std::numeric_limits<double>::quiet_NaN();  ///< see motion_work.h; peers: none
-  double device_bytes = std::numeric_limits<double>::quiet_NaN();  ///< peak; peers: not known
-  std::optional<Confidence> confidence = {};  ///< nothing where a method has no word for it
+  /// See motion_work.h; peers: none.
+  double work_bytes = std::numeric_limits<double>::quiet_NaN();
+  /// Peak; peers: unknown.
+  double device_bytes = std::numeric_limits<double>::quiet_NaN();
+  /// Nothing if the method gives no confidence.
+  std::optional<Confidence> confidence = {};
 };
 
 /// A method that finds the motion between two frames on one grid. One thread at a time.
 class PairMethod {
  public:
   virtual ~PairMethod() = default;
-  /// Errors: kCancelled where patience runs out (its seconds end other programs only: palpate's own
-  /// methods are quick), and what goes wrong.
+  /// Errors: kCancelled if patience ends (its seconds end only other programs: palpate's own
+  /// methods are fast), and other failures.
   virtual Result<PairResult> run(const Volume& fixed, const Volume& moving,
                                  const report::Patience& patience = {}) = 0;
   virtual std::string name() const = 0;    ///< "balanced", "Diffeomorphic Demons"
@@ -39,15 +42,15 @@ class PairMethod {
   virtual bool is_ours() const { return false; }
   virtual bool is_preset() const { return false; }
   virtual bool is_careful() const { return false; }  ///< see MotionSetting::careful
-  /// About how long all its runs take beside those of "balanced": for a progress bar.
+  /// The approximate time of all its runs relative to those of "balanced": for a progress bar.
   virtual double weight() const { return 1.0; }
-  /// Peers that take long are run once; ours once to be warm and then several times.
+  /// Slow peers are run once; palpate's methods once to warm up and then several times.
   virtual bool runs_once() const { return true; }
 };
 
-/// palpate with a setting. Seconds: from frames in host memory to the field there, kernels
-/// compiled and memory reserved. The first run verifies that it is what estimate_motion() gives;
-/// throws Mismatch if not.
+/// palpate with a setting. Seconds: from frames in host memory to the field there, with kernels
+/// compiled and memory reserved. The first run verifies that the result is that of
+/// estimate_motion(); throws Mismatch if not.
 std::unique_ptr<PairMethod> palpate_method(std::shared_ptr<vulkan::Context> context,
                                            app::MotionSetting setting);
 

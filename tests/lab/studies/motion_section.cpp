@@ -19,7 +19,8 @@ using report::Mark;
 using report::Point;
 using report::Series;
 
-constexpr double kUnsureVoxels = 0.5;  // there and back: beyond this the two ways disagree
+// Forward and backward: above this the two disagree.
+constexpr double kUnsureVoxels = 0.5;
 
 std::string joined(const std::vector<std::string>& sentences) {
   std::string text;
@@ -43,8 +44,8 @@ std::vector<size_t> our_front(const MotionMeasures& measures) {
   return report::pareto_front(costs);
 }
 
-/// Families in the order in which they first come, each a colour and a mark. What is on the front,
-/// presets and peers are named in the plot.
+/// Families in the order of their first row, each with a colour and a mark. Points on the front,
+/// presets and peers have their name in the plot.
 std::vector<Series> family_series(const MotionMeasures& measures,
                                   const std::vector<size_t>& front) {
   std::vector<Series> series;
@@ -63,7 +64,8 @@ std::vector<Series> family_series(const MotionMeasures& measures,
   return series;
 }
 
-/// Marks that are laid over others: what folds, and where there and back disagree.
+/// Marks on top of others: fields with folds, and fields whose forward and backward results
+/// disagree.
 void add_flags(const MotionMeasures& measures, std::vector<Series>& series) {
   Series folds{"has folds", {}, {}, Mark::kCross, {}};
   Series unsure{
@@ -86,7 +88,7 @@ Chart chart_of(const MotionMeasures& measures) {
     most = std::max(most, row.error_mm);
   }
   chart.x = {"Time for a pair of frames (s)", true, {}, {}};
-  // Errors that are many times apart would leave the best ones in a heap at the bottom.
+  // If errors differ by large factors, the best ones would be close together at the bottom.
   chart.y = {"Mean error (mm)", most > 6.0 * least, {}, {}};
   const std::vector<size_t> front = our_front(measures);
   chart.series = family_series(measures, front);
@@ -106,7 +108,7 @@ std::string caption_of(const MotionMeasures& measures) {
       measures.still_error_mm);
 }
 
-/// What the presets' confidence is worth on the pair; nothing where no true field is known.
+/// The calibration of the presets' confidence on the pair; nothing if no true field is known.
 Result<std::optional<report::Figure>> reliability_figure(const MotionMeasures& measures) {
   std::vector<NamedReliability> presets;
   for (const MotionMeasure& row : measures.rows)
@@ -150,7 +152,8 @@ Result<report::Section> motion_section(const std::vector<MotionMeasures>& pairs)
   report::Section section{"motion", "Motion: seconds against error", "", {}};
   for (const MotionMeasures& measures : pairs) {
     if (measures.rows.empty()) continue;
-    // The last pair is the most real one: synthetic data come first, then CT, then the user's own.
+    // The last pair is the most realistic one: synthetic data come first, then CT, then the user's
+    // own.
     const std::string peer = peer_sentence(measures);
     section.answer = measures.name + ". " + joined(deadline_sentences(measures)) +
                      (peer.empty() ? "" : "\n\n" + peer);

@@ -7,8 +7,8 @@
 
 namespace palpate::studies {
 
-/// Motion's part of the report: for each pair the answers in words, error against time with the
-/// front, and the table. Errors: kBadInput where gnuplot is missing.
+/// Motion's part of the report: for each pair the answers in words, error over time with the front,
+/// and the table. Errors: kBadInput if gnuplot is missing.
 Result<report::Section> motion_section(const std::vector<MotionMeasures>& pairs);
 
 }  // namespace palpate::studies

@@ -61,13 +61,14 @@ std::vector<std::string> deadline_sentences(const MotionMeasures& measures) {
   if (front.empty()) return sentences;
   const MotionMeasure* last = nullptr;
   std::vector<double> deadlines = round_numbers(front.front()->seconds, front.back()->seconds);
-  // One above the slowest, so that the most accurate setting is named too.
+  // One above the slowest, so that the most accurate setting has a sentence too.
   const auto beyond = round_numbers(front.back()->seconds, 10.0 * front.back()->seconds);
   if (!beyond.empty()) deadlines.push_back(beyond.front());
   for (const double deadline : deadlines) {
     const MotionMeasure* best = nullptr;
     for (const MotionMeasure* row : front)
-      if (row->seconds <= deadline) best = row;  // in falling order of error
+      // In decreasing order of error.
+      if (row->seconds <= deadline) best = row;
     if (!best || best == last) continue;
     sentences.push_back(fmt::format("With {} for a pair, take \"{}\": {} in {}.",
                                     time_text(deadline), best->name, error_text(*best),

@@ -11,7 +11,8 @@
 namespace palpate::studies {
 namespace {
 
-constexpr double kPeersShare = 0.25;  // of the time that is left: one may not take it from all
+// Of the time that is left: one peer must not take it from all.
+constexpr double kPeersShare = 0.25;
 
 double there_and_back_mm(const Field& forward, const Field& backward, const MotionCase& known) {
   const Grid& grid = known.fixed.grid;
@@ -20,7 +21,7 @@ double there_and_back_mm(const Field& forward, const Field& backward, const Moti
   return found ? found->mm.mean : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Times of one method; the fields of equal runs are equal, so the last one is scored.
+/// Times of one method; equal runs give equal fields, so the last one is scored.
 struct Timed {
   PairResult result;
   std::vector<double> seconds;
@@ -44,10 +45,10 @@ Result<Timed> timed(PairMethod& method, const MotionCase& known, int runs,
   return all;
 }
 
-/// A row for people has to come back soon: a way back that takes longer than this is not taken.
+/// A row must be complete soon: a way back that takes longer than this is left out.
 constexpr double kLongestWayBackS = 10.0;
 
-/// Whether the way back is worth its time: with palpate, of what people use where the run is quick.
+/// Whether to estimate the way back: for palpate, in a quick run only for presets.
 bool goes_back(const StudyRun& run, const PairMethod& method, const MotionMeasure& row) {
   if (row.seconds > std::min(kLongestWayBackS, run.left_s())) return false;
   return run.quick ? method.is_preset() : true;

@@ -16,17 +16,18 @@
 namespace palpate::studies {
 namespace {
 
-constexpr double kShortest = 0.5;  // s: the system counts in hundredths of a second
+// s: the system counts in hundredths of a second.
+constexpr double kShortest = 0.5;
 
-/// Core seconds that all programs but this one and those it called have used since the machine
-/// started; -1 if not known.
+/// Core seconds that all other programs, without those that this one called, have used since the
+/// machine started; -1 if unknown.
 double others_s() {
 #ifdef __linux__
   std::ifstream stat("/proc/stat");
   std::string cpu;
   double user = 0, nice = 0, system = 0, idle = 0, wait = 0, interrupts = 0, soft = 0;
   if (!(stat >> cpu >> user >> nice >> system >> idle >> wait >> interrupts >> soft)) return -1.0;
-  // Programs that this one called, and waited for, are not others.
+  // Programs that this one has called and waited for do not count as others.
   rusage own{}, called{};
   if (getrusage(RUSAGE_SELF, &own) != 0 || getrusage(RUSAGE_CHILDREN, &called) != 0) return -1.0;
   const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
@@ -46,7 +47,8 @@ std::string OtherLoad::sentence() const {
   const double passed_s = now_s() - begin_s_;
   const double others = others_s();
   if (others < 0.0 || others_begin_s_ < 0.0 || passed_s < kShortest) return {};
-  // Both clocks tick in hundredths: a difference can come out a little below zero.
+  // Both clocks have a resolution of a hundredth of a second, so a difference can be slightly below
+  // zero.
   const double cores = std::max(0.0, (others - others_begin_s_) / passed_s);
   return fmt::format(" Other programs used {:.2f} cores meanwhile.", cores);
 }

@@ -4,14 +4,14 @@
 
 namespace palpate::studies {
 
-/// How much of the machine's cores other programs use while something is measured: a time taken on
-/// a busy machine says little. Any thread.
+/// How much of the machine's cores other programs use during a measurement: a time measured on a
+/// busy machine means little. Any thread.
 class OtherLoad {
  public:
   OtherLoad();  ///< starts counting
 
-  /// " Other programs used 0.03 cores meanwhile.", of the time since construction; empty where the
-  /// system does not tell (it must have Linux' /proc/stat), or where that was too short to count.
+  /// " Other programs used 0.03 cores meanwhile.", for the time since construction; empty if the
+  /// system does not report it (Linux' /proc/stat is needed), or if the time was too short.
   std::string sentence() const;
 
  private:

@@ -9,7 +9,8 @@
 namespace palpate::studies {
 namespace {
 
-constexpr double kLeastShare = 5e-3;  // of a bin that is drawn: fewer voxels say nothing
+// Of a bin that is drawn: fewer voxels are not significant.
+constexpr double kLeastShare = 5e-3;
 
 double ratio(double above, double below) {
   return below > 0.0 ? above / below : std::numeric_limits<double>::quiet_NaN();

@@ -13,12 +13,12 @@
 
 namespace palpate::studies {
 
-/// The error below which a vector counts as right, voxels of the finest axis: what a confidence is
-/// about.
+/// The error below which a vector counts as right, voxels of the finest axis: the confidence is the
+/// probability of this.
 constexpr double kRightVoxels = 0.5;
 
-/// How well confidence is calibrated: of the voxels to which it gives c, a share of c should be
-/// right. Voxels are counted in ten bins of equal width over 0 to 1.
+/// The calibration of confidence: of the voxels with confidence c, a share of c should be right.
+/// Voxels are counted in ten bins of equal width over 0 to 1.
 class Reliability {
  public:
   static constexpr size_t kBins = 10;
@@ -28,9 +28,9 @@ class Reliability {
     double right = 0.0;  ///< voxels whose error is at most kRightVoxels
   };
 
-  /// weight: for how many voxels this one stands. A confidence that is not a number counts as 0.
+  /// weight: the number of voxels that this one represents. A confidence that is NaN counts as 0.
   void add(double confidence, bool right, double weight = 1.0);
-  /// Another one's voxels, scaled to a weight of 1 in all, so that pairs count alike.
+  /// Adds another object's voxels, scaled to a total weight of 1, so that pairs have equal weight.
   void add_evenly(const Reliability& pair);
 
   const std::array<Bin, kBins>& bins() const { return bins_; }
@@ -45,8 +45,8 @@ class Reliability {
   std::array<Bin, kBins> bins_{};
 };
 
-/// Counts the samples of the truth inside the mask (any grid; where it has no voxel nothing counts;
-/// null: all). right_mm: the error up to which a vector is right.
+/// Counts the samples of the truth inside the mask (on any grid; null: all; an empty mask counts
+/// none). right_mm: the error up to which a vector is right.
 Reliability reliability_of(const Field& found, const Confidence& confidence, const Field& truth,
                            const Mask* mask, double right_mm);
 
@@ -56,8 +56,8 @@ using NamedReliability = std::pair<std::string, Reliability>;
 /// voxels / share of them that is right" of each bin.
 report::Table reliability_table(const std::vector<NamedReliability>& all, const std::string& title);
 
-/// The reliability diagram: the share that is right over the mean confidence of each bin that holds
-/// at least a two-hundredth of the voxels, with the diagonal that a calibrated confidence follows.
+/// The reliability diagram: the share that is right over the mean confidence of each bin with at
+/// least a two-hundredth of the voxels, and the diagonal of perfect calibration.
 report::Chart reliability_chart(const std::vector<NamedReliability>& all, const std::string& title);
 
 }  // namespace palpate::studies

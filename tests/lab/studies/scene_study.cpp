@@ -27,13 +27,13 @@ const char* word(Moves moves) {
   return "";
 }
 
-/// The voxels nearest to the heart's middle, so many that they are the given share.
+/// The voxels nearest to the heart's middle that make up the given share.
 Mask ball(const Grid& grid, double share) {
   Mask mask{grid, std::vector<uint8_t>(grid.count(), 1)};
   if (share >= 1.0) return mask;
   const double wide_mm = grid.size.x * grid.spacing_mm.x;
-  // Volume of a ball over that of the cube; beyond the inscribed ball corners are cut off, so a
-  // cube is taken.
+  // Ratio of the volumes of a ball and the cube. Beyond the inscribed ball corners are cut off, so
+  // a cube is used.
   const double half_mm = 0.5 * wide_mm * std::cbrt(share);
   for (int k = 0; k < grid.size.z; ++k)
     for (int j = 0; j < grid.size.y; ++j)
@@ -44,7 +44,7 @@ Mask ball(const Grid& grid, double share) {
   return mask;
 }
 
-/// The same pair again and again through one estimator; the medians, without the first.
+/// The same pair repeatedly through one estimator; the medians, without the first.
 SceneMeasures::Region estimated(const StudyRun& run, const Volume& fixed, const Volume& moving,
                                 const std::optional<Mask>& mask, double share) {
   EstimatorOptions options;
@@ -145,7 +145,8 @@ SceneMeasures measure_scene(const StudyRun& run) {
       all.felt.push_back({volumes, moves, hearts_us(volumes, 1, moves, run.quick ? 4000 : 40000)});
     }
   }
-  // A brick is 32 voxels wide on the finest level: smaller volumes would hold too few to leave out.
+  // A brick is 32 voxels wide on the finest level: smaller volumes would have too few bricks to
+  // leave out.
   const Sequence heart = shell_phantom(run.quick ? 128 : 192);
   const Volume &fixed = heart.frames[0], &moving = heart.frames[1];
   const std::vector<double> shares =

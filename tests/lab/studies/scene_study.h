@@ -10,7 +10,7 @@
 
 namespace palpate::studies {
 
-/// What content costs.
+/// The cost of a scene's content.
 struct SceneMeasures {
   struct Felt {
     int volumes = 1;
@@ -19,22 +19,26 @@ struct SceneMeasures {
   };
   std::vector<Felt> felt;
   struct Region {
-    double share = 1.0;      ///< of the volume that counts
-    double solve_s = 0.0;    ///< iterations on the device
-    double prepare_s = 0.0;  ///< upload, pyramid, normalisation: of the whole volume
-    double bricks = 0.0;     ///< brick iterations
+    /// Of the volume that is inside the mask.
+    double share = 1.0;
+    double solve_s = 0.0;  ///< iterations on the device
+    /// Upload, pyramid, normalisation, of the whole volume.
+    double prepare_s = 0.0;
+    double bricks = 0.0;  ///< brick iterations
   };
   std::vector<Region> regions;
-  double still_s = 0.0;              ///< motion of a pair that does not move, solved
-  double moving_s = 0.0;             ///< of the one that does
+  /// Motion of a pair without motion, solver time.
+  double still_s = 0.0;
+  /// Of the pair with motion.
+  double moving_s = 0.0;
   std::vector<std::string> missing;  ///< sentences about what was left out
 };
 
-/// Measures; regions for which no time is left until run.end_s are left out, but for the whole and
-/// the smallest. Throws Mismatch or vulkan::Failure. Ends early where run.stop asks for it.
+/// Measures. Regions for which no time is left until run.end_s are left out, except the whole and
+/// the smallest. Throws Mismatch or vulkan::Failure. Ends early after a request by run.stop.
 SceneMeasures measure_scene(const StudyRun& run);
 
-/// Sentences about the measurements, worked out from them alone.
+/// Sentences about the measurements, computed from them alone.
 std::vector<std::string> scene_sentences(const SceneMeasures& measures);
 
 /// Scene's part of the report. Errors: gnuplot missing.

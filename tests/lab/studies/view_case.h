@@ -8,23 +8,22 @@
 #include "module/scene/look.h"
 #include "module/view/eye.h"
 
-/// What palpate and its peer draw: the same data, looks and eyes
-/// for both.
+/// The scene for palpate and its peer: the same data, looks and eyes for both.
 namespace palpate::studies {
 
 inline constexpr PictureSize kViewSize{512, 512};
 inline constexpr double kEyesApartM = 0.06;
-/// Samples per voxel that are tried, from the coarsest on, until a picture is good enough.
+/// Samples per voxel to try, from the coarsest on, until the quality is sufficient.
 inline constexpr std::array kRates{0.125, 0.18, 0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6};
 inline constexpr double kEnoughDb = 40.0;
 
-/// The heart phantom at 256^3, half a millimetre a voxel.
+/// The heart phantom at 256^3, half a millimetre per voxel.
 inline Volume view_data(int size = 256) {
   return shell_phantom(heart_grid(size), 4, 1, 0.0).frames[1];
 }
 
-/// Sparse: only the edge of the wall, a shell two or three voxels thick. Dense: everything has some
-/// opacity, so there is nothing to skip, and light comes through nearly everywhere.
+/// Sparse: only the edge of the wall, a shell two or three voxels thick. Dense: all values have
+/// some opacity, so there is nothing to skip, and light passes nearly everywhere.
 inline Look view_look(bool dense) {
   Look look{dense ? "dense" : "sparse", {}, {0.3, 0.7, 0.2}, 100.0};
   if (dense) {
@@ -42,7 +41,7 @@ inline Look view_look(bool dense) {
   return look;
 }
 
-/// Both eyes from a place outside, looking at the middle; the cube of 128 mm fills the picture.
+/// Two eyes outside, directed at the middle; the cube of 128 mm fills the picture.
 inline std::array<Eye, 2> view_eyes(glm::dvec3 from = {0.11, 0.09, 0.21}) {
   const Eye middle = eye_at(from, {0.0, 0.0, 0.0}, 0.62, kViewSize);
   std::array<Eye, 2> eyes;

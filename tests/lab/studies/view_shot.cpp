@@ -53,8 +53,8 @@ Drawn draw(const std::shared_ptr<vulkan::Context>& context,
   ViewScene scene;
   scene.volumes = {{volume, {}, {}, shot.look}};
   std::vector<double> seconds;
-  // The first picture compiles kernels and makes the bricks, the second one meets warm memory.
-  // One is drawn even where stop asks to end: there is always a picture to read.
+  // The first picture compiles kernels and makes the bricks; the second has warm memory. One is
+  // drawn even after a stop request, so that there is always a picture.
   for (int n = -2; n == -2 || (n < std::max(runs, 0) && !stop.stop_requested()); ++n) {
     if (shot.moving) scene.volumes[0].pointer.phase = 0.3 + 0.05 * (n + 1);
     const double one_s = timed(*renderer, scene, shot.eyes, size);

@@ -21,8 +21,10 @@ struct Shot {
   int pixels = kViewSize.width;
   std::vector<Eye> eyes = both_view_eyes();
   bool skip_empty = true;
-  bool moving = false;  ///< each picture at another phase
-  bool counts = false;  ///< count samples, which takes time
+  /// Each picture at another phase.
+  bool moving = false;
+  /// Counts samples, which takes time.
+  bool counts = false;
 };
 
 struct Drawn {
@@ -31,14 +33,14 @@ struct Drawn {
   ViewStatistics statistics;
 };
 
-/// Draws until pictures come from warm memory, then `runs` times more, against the clock. Ends
-/// early where stop asks for it. Throws Mismatch, vulkan::Failure.
+/// Draws until memory is warm, then `runs` times more with time measurement. Ends early after a
+/// request by `stop`. Throws Mismatch, vulkan::Failure.
 Drawn draw(const std::shared_ptr<vulkan::Context>& context,
            const std::shared_ptr<const MovingVolume>& volume, const Shot& shot, int runs,
            const std::stop_token& stop = {});
 
-/// Seconds, medians, of pictures at another phase than the one before, and of the same picture
-/// again: by turns, so that other load meets both.
+/// Seconds, medians, of pictures at a new phase each, and of the same picture repeated:
+/// alternating, so that other load affects both equally.
 std::pair<double, double> moving_and_still(const std::shared_ptr<vulkan::Context>& context,
                                            const std::shared_ptr<const MovingVolume>& volume,
                                            const Look& look, int runs);

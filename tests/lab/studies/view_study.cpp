@@ -40,7 +40,7 @@ const ViewMeasure* find(const std::vector<ViewMeasure>& all, const std::string& 
   return nullptr;
 }
 
-/// palpate's plain way at the rate and size of another one.
+/// palpate's plain method at the rate and size of another one.
 const ViewMeasure* plain_beside(const std::vector<ViewMeasure>& all, const ViewMeasure& other) {
   for (const ViewMeasure& m : all)
     if (m.look == other.look && m.family == kSteps &&
@@ -80,14 +80,14 @@ report::Chart chart_of(const std::vector<ViewMeasure>& all, const std::string& l
   return chart;
 }
 
-/// One picture series of a look: where time runs out, the last are left out.
+/// One picture series of a look: if time runs out, the last ones are left out.
 struct Way {
   const char* family;
   double rate;
 };
 
-/// The yardstick comes first, then what differs from it in kind, then other rates: the coarsest
-/// first, since the fastest picture that is good enough is what a peer is held against.
+/// The reference comes first, then other methods, then other rates: the coarsest first, because a
+/// peer is compared with the fastest picture of sufficient quality.
 std::vector<Way> ways_of(bool quick) {
   std::vector<Way> ways = {{kSteps, 1.0}, {kMoving, 1.0}, {kSmaller, 1.0}, {kNoSkip, 1.0}};
   for (const double rate : quick ? std::vector{0.25, 0.5, 2.0}
@@ -100,7 +100,7 @@ int rank(const ViewMeasure& m) {
   return m.family == kSteps ? 0 : m.family == kNoSkip ? 1 : m.family == kMoving ? 2 : 3;
 }
 
-/// Draws one look until end_s; adds to `all`, and to `left_out` what there was no time for.
+/// Draws one look until end_s; adds to `all`, and to `left_out` the series without time.
 class LookStudy {
  public:
   LookStudy(const StudyRun& run, bool dense, double end_s)
@@ -119,7 +119,7 @@ class LookStudy {
     for (size_t n = 0; n < ways.size() && !run_.stop.stop_requested(); ++n) {
       const std::string what =
           fmt::format("{}, {}, {:g} a voxel", look_.name, ways[n].family, ways[n].rate);
-      // The plain way at one sample per voxel is what all others are held against.
+      // All others are compared with the plain method at one sample per voxel.
       if (n > 0 && now_s() > end_s_) {
         left_out += (left_out.empty() ? "" : "; ") + what;
         continue;
@@ -141,7 +141,7 @@ class LookStudy {
     const bool smaller = way.family == kSmaller;
     if (smaller) shot.pixels /= 2;
     const Drawn drawn = drawn_at(shot, runs_);
-    // While it moves every picture is another one: its quality is that of the still one.
+    // In motion every picture is different: its quality is that of the still one.
     const Drawn still =
         shot.moving ? drawn_at({look_, shot.samples_per_voxel, shot.pixels}, 0) : drawn;
     const Drawn reference = smaller ? drawn_at({look_, kReferenceRate, shot.pixels}, 0) : best;
@@ -187,7 +187,7 @@ std::vector<ViewMeasure> measure_view(const StudyRun& run, std::vector<std::stri
             [&](double share, const std::string& doing) { run.tell(0.5 * (share + dense), doing); },
             all, left_out);
   }
-  // In the plots a line goes from rate to rate.
+  // In the plots a line connects the rates in order.
   std::stable_sort(all.begin(), all.end(), [](const ViewMeasure& a, const ViewMeasure& b) {
     return std::tuple(a.look == "dense", rank(a), a.samples_per_voxel) <
            std::tuple(b.look == "dense", rank(b), b.samples_per_voxel);

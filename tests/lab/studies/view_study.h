@@ -10,9 +10,10 @@
 
 namespace palpate::studies {
 
-/// One way of drawing, and what came of it.
+/// One way of drawing, and its measurements.
 struct ViewMeasure {
-  std::string look;    ///< "sparse": a thin shell; "dense": light comes through everything
+  /// "sparse": a thin shell; "dense": partly transparent everywhere.
+  std::string look;
   std::string family;  ///< a series of the plot
   double samples_per_voxel = 1.0;
   int pixels = 512;         ///< along each side of an eye's picture
@@ -20,14 +21,14 @@ struct ViewMeasure {
   double quality_db = 0.0;  ///< PSNR against the same picture with 8 samples per voxel
 };
 
-/// Draws the heart in stereo in many ways, until run.end_s: a sentence in `missing` says what was
-/// left out. Ends early where run.stop asks for it. Throws vulkan::Failure or Mismatch.
+/// Draws the heart in stereo in many ways, until run.end_s: a sentence in `missing` for each that
+/// was left out. Ends early after a request by run.stop. Throws vulkan::Failure or Mismatch.
 std::vector<ViewMeasure> measure_view(const StudyRun& run, std::vector<std::string>& missing);
 
 /// A row for each.
 report::Table view_table(const std::vector<ViewMeasure>& all);
 
-/// Sentences about the measurements, worked out from them alone.
+/// Sentences about the measurements, computed from them alone.
 std::vector<std::string> view_sentences(const std::vector<ViewMeasure>& measures);
 
 /// View's part of the report; missing: sentences about what was left out. Errors: gnuplot missing.

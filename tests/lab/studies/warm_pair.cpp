@@ -10,11 +10,11 @@
 namespace palpate::studies {
 namespace {
 
-// The device does the same sums in the same order in both, so the fields are equal; drivers may
-// still choose other instructions for a second pipeline of the same shader.
+// The device computes the same sums in the same order in both, so the fields are equal; but drivers
+// may choose other instructions for a second pipeline of the same shader.
 constexpr double kSameVoxels = 1e-3;
 
-/// Cut into slabs as the estimator would.
+/// Cut into slabs as the estimator does.
 MotionPlan fitting_plan(const vulkan::Context& context, const Grid& grid,
                         const MotionOptions& options) {
   MotionPlan plan = plan_motion(grid, options);

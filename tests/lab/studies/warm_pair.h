@@ -11,7 +11,7 @@
 
 namespace palpate::studies {
 
-/// What one estimation gave, and the seconds of its parts.
+/// The result of one estimation, and the seconds of its parts.
 struct PairRun {
   Field field;
   Confidence confidence;
@@ -23,9 +23,9 @@ struct PairRun {
   double total_s() const { return convert_s + prepare_s + solve_s + download_s; }
 };
 
-/// The estimation of a pair as estimate_motion() does it, taken apart so that it can be timed again
-/// and again with kernels compiled and memory reserved. demand_same_as_public() says
-/// whether it still is the same estimation. One thread. Throws vulkan::Failure.
+/// The estimation of a pair as estimate_motion() does it, in separate parts so that it can be timed
+/// repeatedly with kernels compiled and memory reserved. demand_same_as_public() checks that it is
+/// still the same estimation. One thread. Throws vulkan::Failure.
 class WarmPair {
  public:
   WarmPair(std::shared_ptr<vulkan::Context> context, const Grid& grid,
@@ -50,15 +50,15 @@ class WarmPair {
   std::unique_ptr<FieldSolver> solver_;
 };
 
-/// The run with the middle total. Needs one at least.
+/// The run with the median total. Needs at least one.
 PairRun median_run(std::vector<PairRun> runs);
 
 /// Largest |a - b| between two fields on one grid, in h (the finest voxel edge of `image`);
-/// infinity if the grids differ, NaN if a vector is not a number.
+/// infinity if the grids differ, NaN if a vector is NaN.
 double largest_difference_voxels(const Field& a, const Field& b, const Grid& image);
 
-/// Throws Mismatch unless `run` is what estimate_motion() gives for the same frames: a benchmark of
-/// something else would mean nothing. Says nothing if stopped.
+/// Throws Mismatch unless `run` is the result of estimate_motion() for the same frames: a benchmark
+/// of something else would mean nothing. Does nothing if stopped.
 void demand_same_as_public(const std::shared_ptr<vulkan::Context>& context, const PairRun& run,
                            const Volume& fixed, const Volume& moving, const MotionOptions& options,
                            const std::stop_token& stop = {});

@@ -6,8 +6,8 @@
 #include <limits>
 #include <vector>
 
-/// The steps of the motion engine once more, on the CPU, in double precision and as plainly as
-/// their equations read: each function is named like the kernel that it judges
+/// The steps of the motion engine again, on the CPU, in double precision and written as their
+/// equations. Each function has the name of the kernel that is compared with it
 /// (shaders/motion/*.comp). Slow on purpose. Vectors are along the image axes, in mm; x fastest,
 /// shape (z, y, x). All functions are pure: any thread, allocate, not real-time safe.
 namespace palpate::oracle {
@@ -50,8 +50,8 @@ struct Tap {
 };
 std::array<Tap, 8> trilinear_taps(glm::dvec3 index);
 
-/// The trilinear value at a continuous index, border clamped. Samples of weight 0 take no part,
-/// whatever they are.
+/// The trilinear value at a continuous index, border clamped. Samples of weight 0 take no part, so
+/// they may be infinite.
 template <class T>
 T sample(const Samples<T>& from, glm::dvec3 index) {
   T sum(0.0);
@@ -69,18 +69,18 @@ glm::dvec3 cell_index(glm::dvec3 i, glm::ivec3 cell);
 
 // Images.
 
-/// The gradient of a voxel that lies outside the mask, along all axes. Its intensity stays.
+/// The gradient of a voxel outside the mask, along all axes. Its intensity is unchanged.
 inline constexpr double kOutside = std::numeric_limits<double>::infinity();
 
 /// coarse(i) = sum_k w_k fine(2 i + k), k = -1 .. 2, w = (1 3 3 1) / 8 along axes of ratio 2; axes
 /// of ratio 1 are kept.
 Scalars downsample(const Scalars& fine, glm::ivec3 ratio);
 
-/// Mean of I and of I^2 over the samples of each cell that lie inside the image.
+/// Mean of I and of I^2 over the samples of each cell that are inside the image.
 Texels moments(const Scalars& image, glm::ivec3 cell);
 
 /// The Gaussian of `sigma` samples along one axis: weights exp(-k^2 / 2 sigma^2) for |k| <= 3 sigma
-/// (and at most shaders::kMaxRadius), normalised to 1; nothing below 0.3 samples. Border clamped.
+/// (and at most shaders::kMaxRadius), normalised to 1; no filter below 0.3 samples. Border clamped.
 Texels gauss(const Texels& image, int axis, double sigma);
 /// The same along all three axes.
 Texels gauss(const Texels& image, glm::dvec3 sigma);
@@ -98,8 +98,8 @@ bool inside_mask(const glm::dvec4& texel);
 
 // One iteration.
 
-/// The normal equations of one cell; means over all voxels of the cell, those that do not count
-/// being 0.
+/// The normal equations of one cell: means over all voxels of the cell, in which a voxel that does
+/// not count is 0.
 struct NormalEquations {
   glm::dvec3 b{0.0};      ///< mean of r g, 1/mm
   glm::dmat3 a{0.0};      ///< mean of g g^T, 1/mm^2
@@ -112,9 +112,9 @@ struct NormalEquations {
 
 /// r = F(x) - M(x + u), g = (grad F(x) + grad M(x + u)) / 2 for every voxel x of the cell, u and M
 /// trilinear. fixed and moving are packed (see pack). g = grad F(x) alone where the partner x + u
-/// touches a sample outside the mask. (On a device, one touched with weight 0 may do.) A voxel
-/// counts if it lies in the image and in the mask and its partner lies at most half a voxel outside
-/// the moving image.
+/// touches a sample outside the mask. (On a device, a sample touched with weight 0 may be enough.)
+/// A voxel counts if it is in the image and in the mask and its partner is at most half a voxel
+/// outside the moving image.
 /// colour 0 or 1: only voxels with (x + y + z + colour) even, for twice the weight; -1: all.
 Samples<NormalEquations> normal_equations(const Texels& fixed, const Texels& moving,
                                           const Vectors& field, glm::ivec3 cell,
@@ -124,7 +124,8 @@ Samples<NormalEquations> normal_equations(const Texels& fixed, const Texels& mov
 Vectors update(const Samples<NormalEquations>& equations, const Vectors& v, glm::dvec3 cell_mm,
                double damping_per_mm2, double largest_mm);
 
-/// The step of two windows, and the weight of the total variation that it asks for.
+/// Parameters of the step of two windows, and of the weight of the total variation that follows
+/// from it.
 struct TwoWindows {
   double damping_per_mm2[2]{};  ///< where the share s is 0, and where it is 1
   double largest_mm = 0.0;
@@ -161,8 +162,8 @@ Vectors ahead(const Vectors& u, const Vectors& before, double momentum);
 
 /// p <- P((p + t D u) / (1 + t e / c)), P the projection onto the ball of radius c, over the nine
 /// numbers of a cell together; (D u)_a(i) = s_a (u(i + e_a) - u(i)), 0 on the last cell. more:
-/// null, or what is added to c of a cell, as a share of it: the mean over the cell and the next one
-/// along each axis, border clamped; a thousandth of c always remains.
+/// null, or the amount to add to c of a cell, as a fraction of c: the mean over the cell and the
+/// next one along each axis, border clamped; a thousandth of c always remains.
 Dual tv_dual(const Vectors& u, const Dual& p, glm::dvec3 slope, double c_mm, double step,
              double huber_mm, const Scalars* more = nullptr);
 
@@ -177,11 +178,11 @@ Vectors upsample(const Vectors& from, glm::ivec3 to_cells, glm::dvec3 scale, glm
 Vectors measure(const Vectors& field, const Vectors& seen,
                 const Samples<NormalEquations>& equations, double unit_mm);
 
-/// What a coarser level left unexplained of a cell: max(0, r^2 - W (counted - q)) / (2 q + flat
-/// counted), W = noise.
+/// The difference that a coarser level left unexplained in a cell: max(0, r^2 - W (counted - q)) /
+/// (2 q + flat counted), W = noise.
 double left_over(const NormalEquations& left, double noise, double flat);
 
-/// What confidence is reckoned with, beside the equations and the field.
+/// Parameters of the confidence, beside the equations and the field.
 struct Judging {
   double voxels = 1.0;  ///< N, what the window averages
   double h_mm = 1.0;
@@ -190,11 +191,11 @@ struct Judging {
   double noise = 0.0, flat = 0.0;  ///< of left_over()
 };
 
-/// How far the field may be trusted, 0 to 1, from its normal equations under the narrow window.
-///   SD^2 = r^2 / (N l h^2), l the smallest eigenvalue of A without what noise of r^2 makes of
-///   gradients, where an axis of one cell is as certain as all others together;
+/// The confidence in the field, 0 to 1, from its normal equations under the narrow window.
+///   SD^2 = r^2 / (N l h^2), l the smallest eigenvalue of A without the gradients that noise of r^2
+/// alone would give; an axis of one cell is as certain as all others together;
 ///   rest = |(A + damping)^-1 b| / h;  g = the largest difference to one of the six neighbours per
-///   mm;  rho = left_over() of the coarser level, 0 without one (null);
+/// mm;  rho = left_over() of the coarser level, 0 without one (null);
 ///   odds = kRightOdds / ((rest + kRest)^2 (g + kSteep) (rho + kLeft))
 ///   confidence = (1 + 1 / (1 + 4 SD^2)) / 2 odds / (1 + odds) min(1, counted)
 /// 0 where less than a hundredth of the cell counted.
@@ -202,13 +203,13 @@ Scalars confidence(const Samples<NormalEquations>& equations, const Vectors& fie
                    const Samples<NormalEquations>* coarser, const Judging& with);
 
 /// Per cell the smallest det(I + grad u) at any of the 8 corners of the unit cubes of voxels whose
-/// lowest voxel lies in the cell, with the cube's three edges at the corner as differences, and at
-/// the cell's middle likewise with cubes of cells; 1 where there is no cube. Along an axis of one
-/// voxel nothing changes. The cell folds if that is at most the limit.
+/// lowest voxel is in the cell, with the cube's three edges at the corner as differences; and at
+/// the cell's middle the same with cubes of cells; 1 where there is no cube. Along an axis of one
+/// voxel u is constant. The cell folds if the determinant is at most the limit.
 Scalars folds(const Vectors& field, glm::ivec3 cell, glm::ivec3 image_size, glm::dvec3 spacing_mm);
 
-/// Cells with a flagged cell within 1 get (1 2 1)/4 along each axis of the field, the others keep
-/// it.
+/// Cells with a flagged cell at a distance of at most 1 get (1 2 1)/4 along each axis of the field,
+/// the others keep it.
 Vectors blend(const Scalars& flags, const Vectors& field);
 
 /// Like blend(), but only along the field's jump: u / 2 + (u(i - d) + u(i + d)) / 4, d as long as
@@ -216,24 +217,24 @@ Vectors blend(const Scalars& flags, const Vectors& field);
 /// neighbours.
 Vectors blend_along(const Scalars& flags, const Vectors& field, glm::dvec3 cell_mm, int length);
 
-/// from(scale i + offset) by Catmull and Rom's cubic along each axis in the share `cubic`, and else
-/// linearly; border clamped.
+/// from(scale i + offset): Catmull and Rom's cubic along each axis, weighted by `cubic`, plus the
+/// linear interpolation with the remaining weight; border clamped.
 Vectors upsample_cubic(const Vectors& from, glm::ivec3 to_cells, glm::dvec3 scale,
                        glm::dvec3 offset, double cubic);
 
 // The step for sliding borders.
 
-/// Cells from a cell to candidate number `candidate`: the distance changes fastest, then the axis,
-/// then the side (positive first).
+/// The offset in cells from a cell to candidate number `candidate`: the distance changes fastest,
+/// then the axis, then the side (positive first).
 glm::ivec3 candidate_offset(int candidate, glm::ivec3 step);
 
 /// Per cell the means of F, M(x + u), F^2 and F M(x + u) over every second voxel along each axis,
-/// beginning with the cell's second one (its only one, where it has one); M = F where the partner
-/// lies more than half a voxel outside or the packed texel is marked as outside the mask.
+/// beginning with the cell's second one (or its only one); M = F where the partner is more than
+/// half a voxel outside or the packed texel is marked as outside the mask.
 Texels sliding_moments(const Scalars& fixed, const Scalars& moving, const Texels& packed,
                        const Vectors& field, glm::ivec3 cell, glm::dvec3 spacing_mm);
 
-/// What intensities are compared by.
+/// Parameters of the comparison of intensities.
 struct SlidingCost {
   glm::ivec3 cell{1};         ///< voxels per cell
   glm::ivec3 coarse_cell{1};  ///< voxels per cell of the moments
@@ -241,14 +242,14 @@ struct SlidingCost {
   double limit = 1.0, noise = 0.0;
 };
 /// Mean over a cell's voxels of min(1, (a F + b - M(x + v))^2 / limit^2), v[cell] the motion that
-/// is tried; 0 for voxels outside the mask or whose partner by `own` lies outside, 1 for those
-/// whose partner by v does. a = (E[FM] - E[F]E[M] + noise^2) / (E[F^2] - E[F]^2 + noise^2), b =
+/// is tried; 0 for voxels outside the mask or whose partner by `own` is outside, 1 for those whose
+/// partner by v is outside. a = (E[FM] - E[F]E[M] + noise^2) / (E[F^2] - E[F]^2 + noise^2), b =
 /// E[M] - a E[F], from moments read trilinearly at the cell's middle.
 Scalars sliding_cost(const Scalars& fixed, const Scalars& moving, const Texels& packed,
                      const Texels& moments, const Vectors& own, const Vectors& v,
                      const SlidingCost& with);
 
-/// What tells a border: motions that differ by `apart_mm` and by `slope` over their distance.
+/// The condition of a border: motions that differ by `apart_mm` and by `slope` over their distance.
 struct AcrossBorder {
   glm::ivec3 step{1};
   glm::dvec3 cell_mm{1.0};
@@ -259,7 +260,7 @@ bool has_candidate(const Vectors& field, glm::ivec3 cell, int candidate, const A
 
 // The discrete start. Labels are whole-voxel displacements from -reach to +reach, x fastest.
 
-/// The displacement that label number `label` stands for, voxels.
+/// The displacement of label number `label`, voxels.
 glm::ivec3 label_of(int label, glm::ivec3 reach);
 
 /// cost[label](node) = mean over the node's voxels in the mask of
@@ -268,26 +269,26 @@ glm::ivec3 label_of(int label, glm::ivec3 reach);
 std::vector<Scalars> matching_cost(const Texels& fixed, const Texels& moving, const Vectors& base,
                                    glm::ivec3 cell, glm::ivec3 reach, double cut);
 
-/// (1 2 1)/4 along one axis; held at the border and where a neighbour is not `listed` (above 0).
+/// (1 2 1)/4 along one axis; clamped at the border and where a neighbour is not `listed` (above 0).
 Scalars smooth_cost(const Scalars& cost, const Scalars& listed, int axis);
 
-/// Where a parabola through the costs of three neighbouring labels has its lowest point, from -1/2
-/// to 1/2 of a voxel from the middle one; 0 where the middle one is not the lowest.
+/// The minimum of a parabola through the costs of three neighbouring labels, from -1/2 to 1/2 of a
+/// voxel from the middle one; 0 where the middle one is not the lowest.
 double lowest_between(double before, double here, double after);
 
 /// u + s (other - u), s = smoothstep(least, all, (r^2_now - r^2_then - 2 max(0, w_now - w_then)) /
-/// (2 q_now + flat w_now)): of two fields the one that brings the frames nearer together.
+/// (2 q_now + flat w_now)): of two fields the one with the smaller difference between the frames.
 Vectors choose(const Samples<NormalEquations>& now, const Samples<NormalEquations>& then,
                const Vectors& u, const Vectors& other, double least, double all, double flat);
 
-/// What label `label` costs node `node` when its distance from u (in voxels) has a price.
+/// The cost of label `label` at node `node`, with a price on its distance from u (in voxels).
 double coupled_cost(const std::vector<Scalars>& cost, int label, glm::ivec3 node, glm::ivec3 reach,
                     glm::dvec3 u_voxels, double price);
 
-// The paper's iteration.
+// The iteration of the classic method.
 
-/// M - d g / (|g|^2 + d^2) per voxel, d = L1(x + M) - L0(x), g = grad L0, everything in units of
-/// the voxel. M stays where there is neither gradient nor difference, and outside the mask.
+/// M - d g / (|g|^2 + d^2) per voxel, d = L1(x + M) - L0(x), g = grad L0, all in units of the
+/// voxel. M is unchanged where both gradient and difference are zero, and outside the mask.
 Vectors classic_force(const Texels& fixed, const Texels& moving, const Vectors& field,
                       glm::dvec3 spacing_mm);
 

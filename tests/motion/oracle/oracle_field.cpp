@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kCountsAtAll = 0.01;
 
-/// Jacobi's rotations: each makes one pair of off-diagonal elements zero.
+/// By Jacobi rotations: each makes one pair of off-diagonal elements zero.
 double smallest_eigenvalue(glm::dmat3 a) {
   for (int round = 0; round < 30; ++round) {
     const int p = round % 3 == 2 ? 1 : 0;
@@ -34,7 +34,7 @@ double corner_determinant(const Vectors& u_at_voxels, glm::ivec3 x, glm::ivec3 s
     glm::ivec3 high = low;
     low[axis] = x[axis];
     high[axis] = x[axis] + 1;
-    // Held: along an axis of one voxel nothing changes.
+    // Clamped: along an axis of one voxel the difference is zero.
     jacobian[axis] += (u_at_voxels.held(high) - u_at_voxels.held(low)) / spacing_mm[axis];
   }
   return glm::determinant(jacobian);
@@ -88,7 +88,7 @@ Scalars confidence(const Samples<NormalEquations>& equations, const Vectors& fie
     }
     for (int axis = 0; axis < 3; ++axis)
       if (equations.size[axis] == 1) a[axis][axis] = others;
-    // Both are means over counted voxels, so that their share cancels.
+    // Both are means over all voxels, so the share of counted voxels cancels.
     const double variance =
         (e.residual + shaders::kLeastResidual * e.counted) /
         (with.voxels * with.h_mm * with.h_mm * std::max(smallest_eigenvalue(a), 1e-12));
@@ -109,14 +109,14 @@ Scalars folds(const Vectors& field, glm::ivec3 cell, glm::ivec3 image_size, glm:
   for_each(image_size,
            [&](glm::ivec3 x) { u.at(x) = sample(field, cell_index(glm::dvec3(x), cell)); });
   Scalars smallest(field.size, 1.0);
-  // The last voxel of an axis begins no cube, unless it is the only one.
+  // A cube begins at every voxel but the last one of an axis; also at the only voxel of an axis.
   for_each(glm::max(image_size - 1, glm::ivec3(1)), [&](glm::ivec3 x) {
     double& least = smallest.at(x / cell);
     for_each(glm::ivec3(2), [&](glm::ivec3 side) {
       least = std::min(least, corner_determinant(u, x, side, spacing_mm));
     });
   });
-  // In the cubes of cells, at the middles of their cells.
+  // The cubes of cells, evaluated at the middles of cells.
   for_each(glm::max(field.size - 1, glm::ivec3(1)), [&](glm::ivec3 x) {
     for_each(glm::min(field.size, glm::ivec3(2)), [&](glm::ivec3 side) {
       double& least = smallest.at(x + side);

@@ -12,7 +12,7 @@ bool inside(glm::dvec3 index, glm::ivec3 size) {
          glm::all(glm::lessThanEqual(index, glm::dvec3(size) - 0.5));
 }
 
-/// Catmull and Rom's weight of the sample `distance` away.
+/// Catmull and Rom's weight of the sample at this distance.
 double cubic_weight(double distance) {
   const double d = std::abs(distance);
   if (d < 1.0) return 1.0 - 2.5 * d * d + 1.5 * d * d * d;

@@ -17,7 +17,8 @@ double smooth_step(double low, double high, double x) {
   return t * t * (3.0 - 2.0 * t);
 }
 
-/// Of I + dv/dx by differences of neighbours `step` cells on along each axis, on the border 0.
+/// det(I + dv/dx) by differences of neighbours at `step` cells along each axis; zero difference at
+/// the border.
 double determinant_of(const Vectors& v, glm::ivec3 i, glm::dvec3 cell_mm, int step) {
   glm::dmat3 m(1.0);
   for (int axis = 0; axis < 3; ++axis) {
@@ -41,7 +42,7 @@ Samples<NormalEquations> normal_equations(const Texels& fixed, const Texels& mov
     const glm::dvec3 partner = glm::dvec3(x) + u_mm / spacing_mm;
     const glm::dvec4& f = fixed.at(x);
     if (!inside_mask(f) || !nearly_inside(moving.size, partner)) return;
-    // One sample outside the mask is enough to make the gradient between samples infinite.
+    // One sample outside the mask makes the gradient of all places next to it infinite.
     const glm::dvec4 m = sample(moving, partner);
     const double r = f.w - m.w;
     const glm::dvec3 g = inside_mask(m) ? 0.5 * (glm::dvec3(f) + glm::dvec3(m)) : glm::dvec3(f);

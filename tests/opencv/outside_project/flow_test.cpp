@@ -1,4 +1,4 @@
-// Cross-validates the motion of a drifting pattern, as a project with its own flow code would.
+// Cross-checks the motion of a moving pattern, as a project with its own flow code would.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ Grid grid() {
   return grid;
 }
 
-/// Waves of several lengths and directions, so that no two places look alike.
+/// Waves of several lengths and directions, so that all places are different.
 Volume pattern(glm::dvec3 drift) {
   Volume volume{grid(), std::vector<float>(grid().count())};
   for (int k = 0; k < volume.grid.size.z; ++k)

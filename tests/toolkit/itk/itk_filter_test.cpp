@@ -22,7 +22,7 @@ using Image = ::itk::Image<short, 3>;
 using Field = ::itk::Image<::itk::Vector<float, 3>, 3>;
 using Filter = palpate::itk::MotionFilter<Image, Image, Field>;
 
-/// Waves whose material lies further along the image's x by `shift` voxels. The image is turned in
+/// Waves whose material is shifted along the image's x by `shift` voxels. The image is rotated in
 /// space, its x is the patient's P, and its first index is not 0.
 Image::Pointer waves(double shift, int size = 40) {
   auto image = Image::New();
@@ -165,7 +165,7 @@ TEST_F(ItkFilter, GivesTheLibrarysFieldAndItkWarpsWithIt) {
 }
 
 TEST_F(ItkFilter, TakesAMovingImageOnAnotherGridAndDoublesOut) {
-  // The same content, two voxels more of it at each end of x.
+  // The same content, with two voxels more at each end of x.
   const auto wide = Image::New();
   auto region = moving_->GetLargestPossibleRegion();
   region.SetIndex(0, region.GetIndex(0) + 2);
@@ -209,7 +209,7 @@ TEST_F(ItkFilter, TellsProgressOnItsThreadAndIsStopped) {
   found->AddObserver(::itk::IterationEvent(), observer);
   EXPECT_THROW(found->Update(), ::itk::ProcessAborted);
   EXPECT_GE(events, 1);
-  // And once more, with what is quick.
+  // Again, with the fast preset.
   found->RemoveAllObservers();
   found->SetPreset("fast");
   found->SetFixedImage(fixed_);
@@ -239,7 +239,8 @@ TEST_F(ItkFilter, HonoursMaskAndIterations) {
   mask->Allocate(true);
   const auto masked = filter(fixed_, moving_);
   masked->SetMaskImage(mask);
-  EXPECT_THROW(masked->Update(), ::itk::ExceptionObject);  // it is empty
+  // The mask is empty.
+  EXPECT_THROW(masked->Update(), ::itk::ExceptionObject);
   auto half = fixed_->GetBufferedRegion();
   half.SetSize(0, half.GetSize(0) / 2);
   for (::itk::ImageRegionIterator<Filter::MaskImageType> at(mask, half); !at.IsAtEnd(); ++at)

@@ -59,7 +59,7 @@ def test_the_verdict_says_what_was_measured(pair):
 
 def test_spacing_makes_millimetres_and_direction_turns_the_field(pair):
     fixed, moving, _ = pair
-    # Twice the spacing: twice the millimetres.
+    # Twice the spacing gives twice the displacement in mm.
     motion = palpate.register(fixed, moving, spacing=(2.0, 2.0, 2.0), preset="fast")
     assert motion.field[fixed > 500].mean(axis=0) == pytest.approx([3.0, 0.0, 0.0], abs=0.3)
     # The index axis x points along P (y of LPS), y along S, z along L.
@@ -235,7 +235,7 @@ def test_what_progress_raises_ends_the_estimation(pair):
 
     with pytest.raises(RuntimeError, match="enough"):
         palpate.register(pair[0], pair[1], progress=fail)
-    # Of many pairs the first one's callback ends it, while further frames wait to be taken.
+    # The callback of the first of many pairs ends it, while further frames wait.
     with pytest.raises(RuntimeError, match="enough"):
         palpate.register([ball(9 + 0.2 * k) for k in range(8)], pairwise=True, progress=fail)
 
@@ -379,7 +379,7 @@ def test_changes_that_can_not_be_taken_are_said():
                        session.keep_tubes, session.clear_tubes):
             session.tick((0.0, 0.0, 0.09))
             assert change() is True
-            # Without a tick they wait, and there is room for some.
+            # Without a tick they are buffered; there is room for some.
             assert any(change() is False for _ in range(10000))
 
 
@@ -396,7 +396,7 @@ def test_a_scene_goes_with_a_session_that_can_not_be_opened():
     before = resident_mib()
     for _ in range(4):
         fail()
-    # Four scenes that stay are 460 MiB.
+    # Four scenes that are not freed would take 460 MiB.
     assert resident_mib() - before < 100.0
 
 
@@ -537,7 +537,7 @@ def test_a_session_lays_stream_tubes(tmp_path):
         assert tube["field"] == "velocity" and tube["unit"] == "m/s" and not tube["kept"]
         assert tube["points_m"].shape == (len(tube["lengths"]), 3) and len(tube["lengths"]) > 3
         assert np.isfinite(tube["points_m"]).all() and tube["lengths"].min() >= 0.0
-        # The shell's wall moves along its radius, and so does the tube run.
+        # The shell's wall moves along its radius, and so does the tube.
         ends = tube["points_m"][[0, -1]]
         assert abs(np.linalg.norm(ends[0]) - np.linalg.norm(ends[1])) > 0.001
         session.keep_tubes()

@@ -24,8 +24,8 @@ using Pipeline = vtkStreamingDemandDrivenPipeline;
 
 constexpr double kTurned[9] = {0, -1, 0, 1, 0, 0, 0, 0, 1};
 
-/// Waves whose material lies further along the image's x by `shift` voxels of 2 mm. The image is
-/// turned in space, its x is the world's y, and its extent does not begin at 0.
+/// Waves whose material is shifted along the image's x by `shift` voxels of 2 mm. The image is
+/// rotated in space, its x is the world's y, and its extent does not begin at 0.
 Image waves(double shift, int size = 40, int type = VTK_SHORT, double level = 1000.0,
             double height = 200.0) {
   Image image = Image::New();
@@ -47,14 +47,14 @@ Image waves(double shift, int size = 40, int type = VTK_SHORT, double level = 10
   return image;
 }
 
-/// Six frames of waves that go to and fro along the image's x, by 3 voxels at most.
+/// Six frames of waves that move back and forth along the image's x, by 3 voxels at most.
 std::vector<Image> cycle_of_waves() {
   std::vector<Image> frames;
   for (int k = 0; k < 6; ++k) frames.push_back(waves(1.5 - 1.5 * std::cos(k * M_PI / 3.0)));
   return frames;
 }
 
-/// The grid of an image, from the places that VTK itself gives for its voxels.
+/// The grid of an image, from the positions that VTK itself gives for its voxels.
 PalGrid grid_of(vtkImageData* image) {
   PalGrid grid{};
   int extent[6];
@@ -79,7 +79,7 @@ bool lies_on(vtkImageData* image, vtkImageData* other) {
          std::equal(image->GetExtent(), image->GetExtent() + 6, other->GetExtent());
 }
 
-/// Over what is 8 voxels from all sides: the mean of value(voxel).
+/// The mean of value(voxel) over the voxels at least 8 from each side.
 template <class Value>
 double mean_inside(vtkImageData* image, const Value& value) {
   int size[3];
@@ -106,7 +106,7 @@ bool same_values(vtkDataArray* array, const std::vector<float>& values) {
          std::memcmp(array->GetVoidPointer(0), values.data(), values.size() * sizeof(float)) == 0;
 }
 
-/// What a filter says of itself while this lives.
+/// Progress and errors that a filter reports during this object's life.
 struct Heard {
   explicit Heard(vtkAlgorithm* of) : filter(of) {
     command->SetClientData(this);
@@ -133,7 +133,8 @@ struct Heard {
   vtkNew<vtkCallbackCommand> command;
   std::thread::id here = std::this_thread::get_id();
   std::string errors;
-  int working = 0;  ///< progress that is neither the begin nor the end
+  /// Progress reports that are neither the begin nor the end.
+  int working = 0;
   std::function<void()> on_progress;
 };
 
@@ -167,7 +168,7 @@ class VtkFilter : public ::testing::Test {
     return sequence;
   }
 
-  /// The library's own motion of the same images, whose time between two is `step_s`.
+  /// The motion of the same images by the library itself; `step_s` is the time between two of them.
   PalMotion* own_motion(const std::vector<Image>& images, uint32_t flags, double step_s = 1.0) {
     PalEstimatorInfo info{};
     info.size = sizeof info;
@@ -237,7 +238,7 @@ TEST_F(VtkFilter, PromisesInThePipelineWhatItGives) {
                          info->Get(Pipeline::WHOLE_EXTENT())));
   EXPECT_EQ(vtkImageData::GetScalarType(info), VTK_FLOAT);
   EXPECT_EQ(vtkImageData::GetNumberOfScalarComponents(info), 3);
-  // Who asks for a part gets all, once.
+  // A request for a part gives the whole field, computed once.
   const Heard heard(found);
   const int part[6] = {5, 9, 0, 4, 8, 8}, other[6] = {20, 24, 0, 4, 8, 8};
   EXPECT_TRUE(found->UpdateExtent(part));
@@ -274,7 +275,7 @@ TEST_F(VtkFilter, ReadsTheSameFromEveryTypeAndExtent) {
     const std::vector<float> of_short = of_type(VTK_SHORT);
     for (const int type : range.types) EXPECT_EQ(of_type(type), of_short) << type;
   }
-  // The same places, counted from 0.
+  // The same places, with indices from 0.
   Image from_0 = Image::New();
   from_0->DeepCopy(moving_);
   double first[3];
@@ -285,7 +286,7 @@ TEST_F(VtkFilter, ReadsTheSameFromEveryTypeAndExtent) {
   found->CheckOff();
   found->Update();
   EXPECT_EQ(field_of(found), same);
-  // A mask that marks half of it.
+  // A mask of half of the image.
   Image mask = Image::New();
   mask->CopyStructure(fixed_);
   mask->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
@@ -304,7 +305,7 @@ TEST_F(VtkFilter, TellsProgressOnItsThreadAndIsStopped) {
   EXPECT_EQ(found->GetExecutive()->Update(), 0);
   EXPECT_THAT(found->GetError(), HasSubstr("stopped"));
   EXPECT_EQ(found->GetOutput()->GetNumberOfPoints(), 0);
-  // And once more, with what is quick.
+  // Again, with the fast preset.
   heard.on_progress = nullptr;
   found->SetPreset("fast");
   found->SetInputData(0, fixed_);
@@ -323,7 +324,7 @@ TEST_F(VtkFilter, OpensALostDeviceAnewForAllThatShareIt) {
   const Heard heard(one);
   EXPECT_EQ(one->GetExecutive()->Update(), 0);
   EXPECT_THAT(one->GetError(), HasSubstr("lost"));
-  // The other one has not heard of it, and works on the new device, too.
+  // The other filter has not used the lost device yet; it works on the new one too.
   for (const auto& filter : {one.Get(), other.Get()}) {
     filter->Modified();
     EXPECT_EQ(filter->GetExecutive()->Update(), 1) << filter->GetError();
@@ -401,9 +402,10 @@ TEST_F(VtkFilter, CarriesTheReferenceFrameToEveryTimeAndEstimatesOnce) {
     }
   }
   pal_motion_close(&own);
-  EXPECT_EQ(heard.working, 0);  // nothing was estimated again
+  // The motion is not estimated again.
+  EXPECT_EQ(heard.working, 0);
 
-  // A cycle later it looks the same.
+  // One cycle later the image is the same.
   moved->SetTime(0.31);
   moved->Update();
   Image once = Image::New();
@@ -412,7 +414,7 @@ TEST_F(VtkFilter, CarriesTheReferenceFrameToEveryTimeAndEstimatesOnce) {
   moved->Update();
   EXPECT_LT(mean_difference(once, moved->GetOutput()), 1e-2);
   EXPECT_EQ(heard.working, 0);
-  // What changes the motion does estimate again.
+  // A change of a frame needs a new estimation.
   frames[2]->Modified();
   moved->Update();
   EXPECT_GT(heard.working, 0);
@@ -444,12 +446,12 @@ TEST_F(VtkFilter, GivesThePipelineTheTimeThatItAsksFor) {
   const std::vector<float> asked = shown();
   moved->UpdateTimeStep(0.2);
   EXPECT_NE(shown(), asked);
-  // What was said last counts.
+  // The last setting counts.
   moved->SetPhase(0.6);
   moved->Update();
   EXPECT_NEAR(moved->GetOutputTime(), 1.4, 1e-12);
   EXPECT_EQ(shown(), asked);
-  // There is nothing after the end.
+  // After the end the last frame stays.
   moved->SetTime(3.0);
   moved->Update();
   const std::vector<float> end = shown();
@@ -525,7 +527,7 @@ TEST_F(VtkFilter, SequenceRefusesInASentence) {
   EXPECT_THAT(heard.errors, HasSubstr("must be a number"));
   vtkNew<vtkPalpateSequence> none;
   EXPECT_THAT(refused(none), HasSubstr("Input port 0"));
-  // Stopped, and then not.
+  // Stopped, and then not stopped.
   const auto stopped = sequence(cycle_of_waves());
   Heard of_it(stopped);
   of_it.on_progress = [&] { stopped->AbortExecuteOn(); };

@@ -4,8 +4,8 @@
 
 namespace palpate::x3d::fuzz {
 
-/// Hands untrusted bytes to the reader of X3D and checks what every answer must hold: a sentence,
-/// or a scene that is sound and comes back from what is written of it. Ends the process if not.
+/// Gives untrusted bytes to the reader of X3D. Each result must be an error message, or a valid
+/// scene that is the same after it was written and read again. Ends the process if it is neither.
 void parse_x3d_file(std::string_view bytes);
 
 }  // namespace palpate::x3d::fuzz

@@ -37,7 +37,7 @@ const std::string& path_text(XrPath path) {
   return path == 0 || path > w.paths.size() ? none : w.paths[path - 1];
 }
 
-/// The bound parts of the controller at hand.
+/// The bound parts of the controller in this hand.
 std::vector<std::string> bound_parts(const Action& action, XrPath hand) {
   World& w = world();
   std::vector<std::string> parts;

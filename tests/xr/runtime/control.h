@@ -11,17 +11,18 @@
 #include <string>
 #include <vector>
 
-/// What a test says to the fault-injecting OpenXR runtime in the same process, and what it hears of
-/// it. The runtime is a shared library that the OpenXR loader finds by XR_RUNTIME_JSON; a program
-/// of others (hello_xr) that knows nothing of this header gets the defaults and the environment
-/// variables PALPATE_FAKE_XR_FRAMES (the session ends after so many), _REPORT (a file for how it
-/// went), _REAL_TIME and _REMOTE (see remote.h).
+/// The interface of a test to the fault-injecting OpenXR runtime in the same process. The runtime
+/// is a shared library that the OpenXR loader finds by XR_RUNTIME_JSON. Another program (hello_xr),
+/// which does not use this header, gets the defaults and the environment variables
+/// PALPATE_FAKE_XR_FRAMES (the session ends after so many), _REPORT (a file for the report at the
+/// end), _REAL_TIME and _REMOTE (see remote.h).
 namespace palpate::test::fake {
 
-/// What the runtime is and offers. Read when an instance, system or session asks.
+/// The properties of the runtime. Read when an instance, system or session is created.
 struct Setup {
-  std::vector<std::string> extensions;  ///< all that it knows by default
-  std::vector<int64_t> formats;         ///< of swapchains, in order of preference
+  /// By default all that are implemented.
+  std::vector<std::string> extensions;
+  std::vector<int64_t> formats;  ///< of swapchains, in order of preference
   std::vector<XrReferenceSpaceType> spaces;
   std::vector<XrEnvironmentBlendMode> blend_modes;
   uint32_t view_width = 64, view_height = 48;
@@ -32,22 +33,26 @@ struct Setup {
   bool own_devices_only = false;
   bool automatic = true;  ///< the session's states come by themselves
   bool should_render = true;
-  /// What the optics hide of each view, in its plane z = -1: triangles, one after the other.
+  /// The parts of each view that the optics hide, in the view's plane z = -1: triangles, one after
+  /// the other.
   std::vector<XrVector2f> hidden = {{-1, 1}, {-0.6F, 1}, {-1, 0.6F},
                                     {1, -1}, {0.6F, -1}, {1, -0.6F}};
-  bool keep_pictures = false;     ///< read the projection layer back at xrEndFrame
-  bool sees_hands = true;         ///< the headset has hand tracking
-  bool tracked = true;            ///< false: poses are not valid
-  uint32_t vulkan_minor = 0;      ///< least Vulkan 1.x
-  uint64_t end_after_frames = 0;  ///< asks the session to stop after so many; 0: never
+  bool keep_pictures = false;  ///< read the projection layer back at xrEndFrame
+  bool sees_hands = true;      ///< the headset has hand tracking
+  bool tracked = true;         ///< false: poses are not valid
+  /// The smallest supported Vulkan 1.x.
+  uint32_t vulkan_minor = 0;
+  /// Requests the end of the session after so many frames; 0: never.
+  uint64_t end_after_frames = 0;
   std::string profile = "/interaction_profiles/khr/simple_controller";
 };
 
 struct Picture {
   uint32_t width = 0, height = 0;
   VkFormat format = VK_FORMAT_UNDEFINED;
-  std::vector<uint32_t> rgba;  ///< as stored, one word per pixel; two where it is of halves
-  /// What a compositor reads from it: linear light R, G, B, and how much is covered.
+  /// As stored, one word per pixel; two for half floats.
+  std::vector<uint32_t> rgba;
+  /// The values that a compositor reads: linear light R, G, B, and the coverage.
   std::vector<std::array<float, 4>> light;
   std::vector<float> depth;  ///< empty without a depth layer
   float near_m = 0, far_m = 0;
@@ -60,7 +65,7 @@ struct Haptic {
   int64_t duration_ns = 0;
 };
 
-/// A frame as it was ended.
+/// A frame at xrEndFrame.
 struct Ended {
   XrTime display_time = 0;
   XrEnvironmentBlendMode blend{};
@@ -71,13 +76,13 @@ struct Ended {
   XrPosef eyes[2]{};
 };
 
-/// What a headset sees of a hand without a controller.
+/// Tracking data of a hand without a controller.
 struct SeenFingers {
   XrVector3f thumb_tip{}, index_tip{};  ///< room, m
   XrSpaceLocationFlags flags = 0xF;     ///< of both: valid and tracked
   float radius = 0.008F;                ///< of a fingertip, m
 };
-/// None: no hand is seen.
+/// None: the hand is not tracked.
 using FingerScript = std::function<std::optional<SeenFingers>(XrTime)>;
 
 using PoseScript = std::function<XrPosef(XrTime)>;
@@ -89,23 +94,25 @@ class Control {
   virtual void reset() = 0;
   virtual Setup& setup() = 0;
 
-  /// The nth (from 1) call of `function` from now on gives `result` and does nothing else;
-  /// INSTANCE_LOST and SESSION_LOST then hold for everything below until it is destroyed, as they
-  /// do in life.
+  /// The nth call (from 1) of `function` from now on returns `result` and does nothing else. After
+  /// INSTANCE_LOST and SESSION_LOST all objects below fail in this way until they are destroyed, as
+  /// with a real runtime.
   virtual void inject(const std::string& function, int nth, XrResult result) = 0;
-  /// All later ones, too.
+  /// The same for all later calls.
   virtual void inject_always(const std::string& function, XrResult result) = 0;
-  virtual bool injected_all() const = 0;  ///< no injection is left that did not happen
+  /// Whether every injection has happened.
+  virtual bool injected_all() const = 0;
   virtual int calls(const std::string& function) const = 0;
   virtual const std::map<std::string, int>& all_calls() const = 0;
 
-  /// Everything that was wrong in how the runtime was called.
+  /// All errors in how the runtime was called.
   virtual std::vector<std::string> violations() const = 0;
-  /// Handles alive, by kind; empty if all were destroyed.
+  /// Live handles, by kind; empty if all were destroyed.
   virtual std::string alive() const = 0;
 
   virtual void announce(XrSessionState state) = 0;  ///< of the newest session
-  virtual void lose_instance() = 0;                 ///< event, then every call says so
+  /// An event, then every call fails with it.
+  virtual void lose_instance() = 0;
   virtual void lose_session() = 0;
   virtual void push_event(const XrEventDataBuffer& event) = 0;
   virtual XrSession session() const = 0;  ///< the newest, or null
@@ -116,10 +123,10 @@ class Control {
   virtual void recentre(XrReferenceSpaceType space, XrTime time, const XrPosef& pose,
                         bool say_pose) = 0;
 
-  /// Where things are in the room, which never moves.
+  /// Poses in the room, which never moves.
   virtual void script_head(PoseScript room_from_head) = 0;
   virtual void script_hand(int hand, PoseScript room_from_hand) = 0;
-  /// Null: never seen, as at first.
+  /// Null: never tracked, as at the start.
   virtual void script_fingers(int hand, FingerScript fingers) = 0;
   virtual void set_input(const std::string& path, float value) = 0;  ///< full path of the part
   /// room_from_space now, of reference spaces.

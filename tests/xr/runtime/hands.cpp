@@ -62,7 +62,7 @@ XrResult xr_LocateHandJointsEXT(XrHandTrackerEXT handle, const XrHandJointsLocat
     XrHandJointLocationEXT& at = locations->jointLocations[joint];
     at = {};
     if (!seen) continue;
-    // Of the others only that they are there.
+    // The other joints only have a pose.
     const bool is_thumb = joint == XR_HAND_JOINT_THUMB_TIP_EXT;
     at.locationFlags = seen->flags;
     at.radius = seen->radius;

@@ -4,8 +4,8 @@
 
 #include <cstddef>
 
-/// How the OpenXR loader and a runtime meet: interface version 1 of the loader. Debian's headers do
-/// not carry these structures, so they are declared here.
+/// The negotiation between the OpenXR loader and a runtime: interface version 1 of the loader.
+/// Debian's headers do not contain these structures, so they are declared here.
 extern "C" {
 
 struct LoaderInfo {

@@ -11,7 +11,8 @@ struct Parts {
 };
 
 const std::map<std::string, Parts>& table() {
-  // Identifiers without a component (".../trigger") stand for their obvious one.
+  // Identifiers without a component stand for the usual one (".../trigger" for
+  // ".../trigger/value").
   static const std::map<std::string, Parts> all{
       {"/interaction_profiles/khr/simple_controller",
        {{"select/click", "menu/click", "select", "menu"}, {}, {}}},

@@ -4,8 +4,8 @@
 
 namespace palpate::test::fake {
 
-/// What the specification says that a controller has (OpenXR 1.0, 6.4 "Interaction Profile Paths"):
-/// true if `path` is a part of it. Unknown profiles have nothing.
+/// The parts of a controller by the specification (OpenXR 1.0, 6.4 "Interaction Profile Paths"):
+/// true if `path` is one of them. Unknown profiles have none.
 bool has_part(const std::string& profile, const std::string& path);
 bool is_profile(const std::string& profile);
 

@@ -28,8 +28,8 @@ XrPosef read_pose(std::istream& words) {
   return pose;
 }
 
-/// Between a and b: positions evenly, turns by the normalised mean, which is enough between rows
-/// that are close.
+/// Between a and b: linear for positions, the normalised mean for rotations, which is enough
+/// between rows that are close.
 XrPosef between(const XrPosef& a, const XrPosef& b, float t) {
   const auto mix = [t](float from, float to) { return from + t * (to - from); };
   XrPosef pose;
@@ -93,18 +93,18 @@ void write_pictures(const std::string& file, const std::vector<Picture>& picture
       }
 }
 
-/// Distances along the eyes' axes, m; infinite where nothing is.
+/// Distances along the eyes' axes, m; infinite where there is nothing.
 void write_depths(const std::string& file, const std::vector<Picture>& pictures) {
   std::ofstream stream(file, std::ios::binary);
   for (const Picture& picture : pictures)
     for (const float d : picture.depth) {
-      // near and far: what depth 0 and 1 stand for; reversed and without end.
+      // near and far: the distances of depth 0 and 1; reversed, with an infinite far plane.
       const float at_m = picture.far_m / d;
       stream.write(reinterpret_cast<const char*>(&at_m), sizeof at_m);
     }
 }
 
-/// Whole or not at all: who waits for it must not read half of it.
+/// Written as a whole or not at all, so that a waiting reader never reads a part.
 void tell(const std::string& file, World& world) {
   const std::vector<Picture> pictures = world.pictures();
   write_pictures(file + ".ppm", pictures);
@@ -202,7 +202,7 @@ void obey(const std::string& line, World& world) {
 }  // namespace
 
 Remote::Remote() {
-  // For writing too, so that it never ends.
+  // Opened for writing too, so that reading never reaches the end of the file.
   if (const char* path = std::getenv("PALPATE_FAKE_XR_REMOTE"))
     fifo_ = open(path, O_RDWR | O_NONBLOCK | O_CLOEXEC);
 }

@@ -32,7 +32,7 @@ class Remote {
   Remote();
   ~Remote();
   Remote(const Remote&) = delete;
-  /// Does what was written since the last call. Under the world's lock.
+  /// Executes the commands written since the last call. Called under the world's lock.
   void listen(World& world);
 
  private:

@@ -12,7 +12,7 @@ XrSpace nothing() {
   return XR_NULL_HANDLE;
 }
 
-/// What is wrong with a view of a projection layer; empty if nothing.
+/// The error in a view of a projection layer; empty if there is none.
 std::string check_view(Session& session, const XrCompositionLayerProjectionView& view, bool depth,
                        const XrSwapchainSubImage& part) {
   World& w = world();
@@ -179,7 +179,7 @@ static void ask_to_stop(Session& session) {
   World& w = world();
   session.exit_asked = true;
   if (!w.setup().automatic) return;
-  // The way down has every step.
+  // The states on the way down are announced one by one.
   if (session.state == XR_SESSION_STATE_FOCUSED) w.set_state(session, XR_SESSION_STATE_VISIBLE);
   if (session.state == XR_SESSION_STATE_VISIBLE)
     w.set_state(session, XR_SESSION_STATE_SYNCHRONIZED);
@@ -209,7 +209,7 @@ XrResult xr_WaitFrame(XrSession handle, const XrFrameWaitInfo*, XrFrameState* st
     return w.violation("xrWaitFrame: not running", XR_ERROR_SESSION_NOT_RUNNING);
   if (state->type != XR_TYPE_FRAME_STATE) return w.violation("xrWaitFrame: type");
   if (session.waited > 0) return w.violation("xrWaitFrame twice", XR_ERROR_CALL_ORDER_INVALID);
-  // The virtual clock: a frame takes a period, however long it really took.
+  // The virtual clock: a frame takes one period, whatever time really passed.
   w.next_frame();
   ++session.waited;
   session.waited_time = w.time + w.period();

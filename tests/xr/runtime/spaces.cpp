@@ -12,7 +12,7 @@ XrSession session_of(XrSpace handle) {
   return space ? handle_of<XrSession>(space->parent) : XR_NULL_HANDLE;
 }
 
-/// room_from_space; none while its controller is not there.
+/// room_from_space; none while its controller is not tracked.
 std::optional<XrPosef> place(const Space& space, XrTime time) {
   World& w = world();
   if (space.reference) {

@@ -1,4 +1,4 @@
-// What the runtime does with the program's Vulkan device.
+// The runtime's use of the program's Vulkan device.
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -152,7 +152,7 @@ bool read_back(Session& session, const Swapchain& chain, uint32_t layer, const X
               vkBindBufferMemory(session.device, buffer, memory, 0) == VK_SUCCESS;
   if (done) {
     OneTime once(session);
-    // The layout that the program must have left: validation layers see if it did not.
+    // The layout in which the program must leave the image; validation layers report any other.
     once.turn(image, depth, shared_layout(depth), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
     VkBufferImageCopy region{};
     region.imageSubresource = {

@@ -14,7 +14,7 @@ namespace palpate::test::fake {
 namespace {
 
 XrPosef standing_head(XrTime time) {
-  // A head that breathes: 1.6 m high, 5 mm sideways at 0.5 Hz.
+  // A head that sways: 1.6 m high, 5 mm sideways at 0.5 Hz.
   const double phase = 2 * 3.14159265358979 * 0.5 * double(time) * 1e-9;
   return {{0, 0, 0, 1}, {float(0.005 * std::sin(phase)), 1.6F, 0.0F}};
 }
@@ -30,7 +30,7 @@ Setup defaults() {
   setup.spaces = {XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL,
                   XR_REFERENCE_SPACE_TYPE_STAGE};
   setup.blend_modes = {XR_ENVIRONMENT_BLEND_MODE_OPAQUE, XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND};
-  // For programs that know nothing of Control.
+  // For programs that do not use Control.
   if (const char* frames = std::getenv("PALPATE_FAKE_XR_FRAMES"))
     setup.end_after_frames = uint64_t(std::atoll(frames));
   return setup;
@@ -58,7 +58,7 @@ void World::next_frame() {
 }
 
 World& world() {
-  // Never destroyed: programs may still call while they end.
+  // Never destroyed: programs may still call it while they end.
   static auto* one = new World;
   return *one;
 }
@@ -206,7 +206,7 @@ void World::lose_session() {
 
 void World::recentre(XrReferenceSpaceType space, XrTime at, const XrPosef& pose, bool say_pose) {
   const std::lock_guard lock(mutex);
-  // The newest of the changes that will have happened by then is what this one moves.
+  // This change is relative to the newest of those that are valid at that time.
   changes.push_back({space, at, compose(room_from(space, at), pose)});
   XrEventDataReferenceSpaceChangePending pending{XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING};
   pending.session = session();
@@ -318,7 +318,7 @@ XrPosef inverted(const XrPosef& pose) {
 bool unit(const XrQuaternionf& q) {
   const double length =
       double(q.x) * q.x + double(q.y) * q.y + double(q.z) * q.z + double(q.w) * q.w;
-  // The specification allows 1 % for what rounding does to applications.
+  // The specification allows an error of 1 % from rounding in applications.
   return std::abs(length - 1.0) < 0.01;
 }
 

@@ -16,13 +16,13 @@
 #include "tests/xr/runtime/control.h"
 #include "tests/xr/runtime/remote.h"
 
-/// What the runtime knows. One lock over everything: calls may come from several threads.
+/// The state of the runtime. One lock for everything: calls may come from several threads.
 namespace palpate::test::fake {
 
 enum class Kind { kInstance, kSession, kSpace, kSwapchain, kActionSet, kAction, kHandTracker };
 const char* name(Kind kind);
 
-/// Handles are numbers that are never used twice, so that a stale one is recognised.
+/// Handles are numbers that are never reused, so that a stale one is detected.
 struct Object {
   Kind kind{};
   uint64_t id = 0, parent = 0;
@@ -51,7 +51,8 @@ struct Session : Object {
   VkDevice device = VK_NULL_HANDLE;
   VkQueue queue = VK_NULL_HANDLE;
   uint32_t family = 0;
-  int64_t overlay = -1;  ///< its place among the overlays; -1: it is none
+  /// Its place among the overlays; -1: it is not one.
+  int64_t overlay = -1;
   XrSessionState state = XR_SESSION_STATE_UNKNOWN;
   bool running = false, lost = false, exit_asked = false, ever_begun = false;
   int waited = 0;      ///< waits not yet begun
@@ -147,16 +148,16 @@ class World : public Control {
   static constexpr XrTime kStart = 1'000'000'000;
   static constexpr int64_t kClockOffset = 123'456'789'012;  ///< CLOCK_MONOTONIC less XrTime, ns
 
-  /// Waits as a display would, and takes the monotonic clock for the time: for programs that are
-  /// run as they are. PALPATE_FAKE_XR_REAL_TIME.
+  /// Waits as a display does, and uses the monotonic clock: for unmodified programs.
+  /// PALPATE_FAKE_XR_REAL_TIME.
   bool real_time = false;
   Remote remote;
-  /// A period later, virtual or real.
+  /// Advances by a period of the virtual or the real clock.
   void next_frame();
   /// As from a menu of the runtime's own.
   void exit_by_person();
   XrTime period() const { return XrTime(1e9 / settings.rate_hz + 0.5); }
-  /// Notes what was called wrongly and returns `result` for the caller.
+  /// Records an error of the caller and returns `result`.
   XrResult violation(const std::string& what, XrResult result = XR_ERROR_VALIDATION_FAILURE);
   template <class T>
   T* find(Kind kind, uint64_t id) {
@@ -174,7 +175,7 @@ class World : public Control {
     objects[kept.id] = std::move(made);
     return kept;
   }
-  /// With everything below it.
+  /// Removes it with everything below it.
   void remove(uint64_t id);
   void set_state(Session& session, XrSessionState state);
   Session* newest_session();
@@ -185,13 +186,15 @@ class World : public Control {
   std::unordered_map<uint64_t, std::unique_ptr<Object>> objects;
   uint64_t next_id = 0x1000;
   std::map<std::string, int> counts;
-  std::unordered_map<const char*, int*> counters;  ///< into counts, by the literal's address: fast
+  /// Into counts, by the literal's address: fast.
+  std::unordered_map<const char*, int*> counters;
   std::map<std::string, std::vector<Fault>> faults;
   std::vector<std::string> wrong;
   std::deque<XrEventDataBuffer> events;
   std::vector<std::string> paths;                        ///< path i + 1
   std::unordered_map<std::string, XrPath> path_numbers;  ///< and back
-  std::map<std::pair<XrPath, XrPath>, bool> parts;       ///< has_part() by numbers: asked often
+  /// has_part() by numbers: called often.
+  std::map<std::pair<XrPath, XrPath>, bool> parts;
   XrTime time = kStart;
   std::vector<SpaceChange> changes;
   PoseScript head;
@@ -217,11 +220,11 @@ Handle handle_of(uint64_t id) {
   return reinterpret_cast<Handle>(id);
 }
 
-/// The beginning of every call: the lock, the count, the injected fault.
+/// The beginning of every call: takes the lock, counts, and injects the fault.
 class Call {
  public:
   explicit Call(const char* function);
-  /// With the object that it is about: unknown or lost ones are answered here.
+  /// With the object of the call: returns an error for unknown or lost ones.
   Call(const char* function, XrInstance instance);
   Call(const char* function, XrSession session);
 
@@ -236,7 +239,7 @@ class Call {
   std::optional<XrResult> answer_;
 };
 
-/// Two-call idiom: how many, then the values.
+/// The two-call idiom: first the number, then the values.
 template <class From, class To, class Copy>
 XrResult enumerate(const std::vector<From>& from, uint32_t capacity, uint32_t* count, To* to,
                    Copy copy) {
@@ -262,11 +265,11 @@ void destroy_image(Session& session, SwapchainImage& image);
 bool read_back(Session& session, const Swapchain& chain, uint32_t layer, const XrRect2Di& rect,
                std::vector<uint32_t>& words);
 
-/// As a compositor reads the words of an image: what is not _SRGB is linear (OpenXR 1.0,
-/// XrSwapchain).
+/// The words of an image as a compositor reads them: formats other than _SRGB are linear (OpenXR
+/// 1.0, XrSwapchain).
 std::vector<std::array<float, 4>> light_of(VkFormat format, const std::vector<uint32_t>& words);
 
-/// What xrGetInstanceProcAddr gives out; null if unknown.
+/// The function for xrGetInstanceProcAddr; null if unknown.
 PFN_xrVoidFunction function_named(const std::string& name);
 
 }  // namespace palpate::test::fake

@@ -28,7 +28,7 @@ int fail(const std::string& why) {
   return 2;
 }
 
-/// What was found best for each filter.
+/// The best settings found for each filter.
 bool setting_of(const std::string& name, PeerOptions& options) {
   options.sigma_voxels = 2.0;
   options.max_step_voxels = 0.5;
@@ -48,7 +48,7 @@ bool setting_of(const std::string& name, PeerOptions& options) {
   return true;
 }
 
-/// "50,50,30,20"; empty where a number is missing or zero.
+/// "50,50,30,20"; empty if a number is missing or zero.
 std::vector<unsigned> numbers(const std::string& text) {
   std::vector<unsigned> result;
   std::istringstream in(text);

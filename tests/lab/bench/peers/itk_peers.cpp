@@ -45,7 +45,7 @@ ItkImage::Pointer to_itk(const Volume& volume) {
     size[a] = static_cast<itk::SizeValueType>(grid.size[axis]);
     spacing[a] = grid.spacing_mm[axis];
     origin[a] = grid.origin_mm[axis];
-    // GLM keeps columns, ITK rows.
+    // GLM stores columns, ITK rows.
     for (int row = 0; row < 3; ++row) direction[row][a] = grid.direction[axis][row];
   }
   image->SetRegions(size);
@@ -64,7 +64,7 @@ Field from_itk(const ItkField& itk_field, const Grid& grid) {
   return field;
 }
 
-// The two ESM filters have the same knobs but no common base that holds them.
+// The two ESM filters have the same parameters but no common base class with them.
 template <class Esm>
 Register::Pointer make_esm(const PeerOptions& options) {
   using Gradient = itk::ESMDemonsRegistrationFunctionEnums::Gradient;
@@ -199,7 +199,7 @@ Result<ItkRate> itk_demons_rate(int size, int iterations, double sigma_voxels, i
     demons->Update();
     demons->RemoveObserver(tag);
     if (ticks.size() < 3) return bad_input("ITK's Demons stopped before its third iteration.");
-    // The metric that ITK reports with an iteration was taken before that iteration's update.
+    // The metric that ITK reports for an iteration was computed before that iteration's update.
     ItkRate rate;
     const double seconds =
         std::chrono::duration<double>(ticks.back().first - ticks.front().first).count();

@@ -8,8 +8,8 @@
 #include "compute/volume/result.h"
 #include "compute/volume/volume.h"
 
-/// ITK's own registration filters, run on palpate's values: the peers that palpate is measured
-/// against. Tests and benchmarks only. No ITK type is seen from outside.
+/// ITK's own registration filters on palpate's values: the peers with which palpate is compared.
+/// Tests and benchmarks only. No ITK type is in the interface.
 namespace palpate::peers {
 
 enum class ItkMethod {
@@ -19,8 +19,8 @@ enum class ItkMethod {
   kDiffeomorphic,        ///< itk::DiffeomorphicDemonsRegistrationFilter: composed ESM
 };
 
-/// Which image the force takes its gradient from; only the two ESM methods and, as fixed or mapped
-/// moving, kDemons.
+/// The image whose gradient the force uses; only for the two ESM methods and, as fixed or mapped
+/// moving, for kDemons.
 enum class ItkGradient { kSymmetric, kFixed, kWarpedMoving, kMappedMoving };
 
 struct PeerOptions {
@@ -37,23 +37,23 @@ struct PeerResult {
   double seconds = 0;  ///< registration alone, pyramid included; no conversion, no files
 };
 
-/// Registers moving to fixed with one of ITK's filters. Errors: no level, grids that hold no
-/// sample, whatever ITK throws. Not for two threads at once: ITK's thread count is one for the
-/// process.
+/// Registers moving to fixed with one of ITK's filters. Errors: no level, grids without a sample,
+/// every exception of ITK. Not for two threads at once: ITK has one thread count per process.
 Result<PeerResult> run_itk(const Volume& fixed, const Volume& moving, const PeerOptions& options);
 
-/// What one iteration of plain itk::DemonsRegistrationFilter costs on one level, every voxel
+/// The time of one iteration of plain itk::DemonsRegistrationFilter on one level, every voxel
 /// computed.
 struct ItkRate {
   double voxel_iterations_per_s = 0;
   double seconds_per_iteration = 0;
   double mean_square_first = 0;  ///< difference of the images before the first update
-  double mean_square_last = 0;   ///< and after the last: must be smaller, or nothing was registered
+  /// The same after the last update: must be smaller, else nothing was registered.
+  double mean_square_last = 0;
 };
 
-/// Runs `iterations` (at least 3) of plain Demons on a cube of size^3 voxels of synthetic data, 1
-/// mm, a blob that moves by two voxels in a textured surround, and times them from the first
-/// iteration's end to the last one's.
+/// Runs `iterations` (at least 3) of plain Demons on a cube of size^3 voxels of 1 mm of synthetic
+/// data, a blob that moves by two voxels in textured surroundings, and times them from the end of
+/// the first iteration to the end of the last one.
 Result<ItkRate> itk_demons_rate(int size, int iterations, double sigma_voxels, int threads);
 
 }  // namespace palpate::peers

@@ -1,4 +1,4 @@
-// `palpate chart` and choosing by what it measured.
+// `palpate chart`, and choosing a setting by its measurements.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-/// What the program keeps goes to a folder of the test's own, and nothing of the machine's is read.
+/// The program stores its state in a folder of the test's own, and reads none of this machine's.
 class ChartCommand : public testing::Test {
  protected:
   ChartCommand() { ::setenv("XDG_STATE_HOME", (state_ / "state").c_str(), 1); }
@@ -38,7 +38,7 @@ class ChartCommand : public testing::Test {
   TemporaryFolder state_;
 };
 
-/// Charts are palpate-lab's, choosing by them is palpate's.
+/// Charts are made by palpate-lab; palpate chooses by them.
 void expect_refused(const Outcome& result, const std::vector<std::string>& words,
                     const std::string& program = "palpate-lab") {
   EXPECT_EQ(result.exit_code, 2) << result.out;
@@ -52,7 +52,7 @@ TEST_F(ChartCommand, SaysWhichNumbersAndWordsItTakes) {
   expect_refused(run({"chart", "--runs=101"}), {"from 1 to 100"});
   expect_refused(run({"chart", "--minutes=nan"}), {"from 0.1 to 10000"});
   expect_refused(run({"chart", "motoin"}), {"did you mean 'motion'?"});
-  // Maps were a part of the charts.
+  // Maps were a part of the charts in earlier versions.
   expect_refused(run({"chart", "stability", "--seed=-1"}), {"from 0 to 4294967295"});
   expect_refused(run({"chart", "stability", "--sed", "3"}),
                  {"'palpate-lab maps' has no option '--sed': did you mean '--seed'?"});
@@ -116,7 +116,7 @@ TEST_F(ChartCommand, MakesAPageOfWhatIsFelt) {
       run({"chart", "feel", "--quick", "-o", folder / "r.html", "--csv", folder / "csv"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("a haptic frame takes"));
-  // No terminal here: a line for each step, and at the end all is done.
+  // Without a terminal: a line for each step, and 100 % at the end.
   EXPECT_THAT(result.err, HasSubstr(" %  feel: transforms  "));
   EXPECT_THAT(result.err, HasSubstr(" left\n"));
   EXPECT_THAT(result.err, HasSubstr("100 %  feel: modes and volumes  "));
@@ -154,13 +154,13 @@ TEST_F(ChartCommand, ChoosesByWhatThisDeviceMeasured) {
   keep(front_on("another device"));
   const Outcome other = chosen("--within", "2s");
   expect_refused(other, {"of another device (another device)"}, "palpate");
-  // The sentence names the device that is here.
+  // The sentence names this machine's device.
   const size_t name = other.err.find("--quick' on ") + 12, end = other.err.find(" once,");
   ASSERT_LT(name, end);
   keep(front_on(other.err.substr(name, end - name)));
   EXPECT_THAT(chosen("--within", "1.5s").out, HasSubstr("Chosen    fast for at most 1.5 s"));
   EXPECT_THAT(chosen("--within", "3000ms").out, HasSubstr("Chosen    balanced for at most 3 s"));
-  // 128 mm of 48 voxels: 2.67 mm each, so balanced is wrong by 0.27 mm and fast by twice that.
+  // 128 mm of 48 voxels: 2.67 mm each, so balanced has an error of 0.27 mm and fast twice that.
   EXPECT_THAT(chosen("--error", "0.3mm").out, HasSubstr("Chosen    balanced for at most 0.3 mm"));
   EXPECT_THAT(chosen("--error", "1").out, HasSubstr("Chosen    fast for at most 1 mm"));
   expect_refused(chosen("--within", "10ms"), {"the fastest, fast, takes about 1 s"}, "palpate");

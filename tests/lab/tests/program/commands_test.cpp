@@ -1,4 +1,4 @@
-// palpate-lab as a user starts it: what it refuses, and the rows that its commands write.
+// palpate-lab as a user starts it: refused command lines, and the rows that its commands write.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ void expect_refused(const Outcome& result, const std::string& words) {
   EXPECT_THAT(result.err, HasSubstr(words));
 }
 
-/// The three files of one run, of which each says the same.
+/// The three files of one run, which must have the same content.
 void expect_rows(const TemporaryFolder& folder, const std::string& title, const std::string& key,
                  size_t most_rows) {
   const auto json = nlohmann::json::parse(files::read_bytes(folder / "rows.json"));

@@ -1,4 +1,4 @@
-// Pages in a real browser: Debian's chromium, headless. Skipped where it is not installed.
+// Pages in a real browser: Debian's chromium, headless. Skipped if it is not installed.
 #include <cairo.h>
 #include <gtest/gtest.h>
 
@@ -16,10 +16,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Sends what a person would see of the page to the window around it: whether it is dark, by how
-/// many pixels it is wider than its window, the least contrast of a text with what is below it
-/// (WCAG 2: 4.5 is readable for most), the smallest letters of a plot in pixels, and the least
-/// contrast of a plot's curves and marks (3 is asked for).
+/// Sends measures of the shown page to the window around it: whether it is dark, by how many pixels
+/// it is wider than its window, the smallest contrast of a text with its background (WCAG 2: 4.5 is
+/// readable for most), the smallest letters of a plot in pixels, and the smallest contrast of a
+/// plot's curves and marks (3 is required).
 constexpr const char* kMeasure = R"js(<script>//<![CDATA[
 addEventListener('load', () => {
   const rgb = (text) => (text.match(/[\d.]+/g) || [0, 0, 0]).map(Number);
@@ -54,7 +54,7 @@ addEventListener('load', () => {
 });
 //]]></script>)js";
 
-/// The page in a frame of so many pixels: a window of the browser itself is never narrower than
+/// The page in a frame of this many pixels: a window of the browser itself is never narrower than
 /// 500.
 constexpr const char* kAround = R"(<!DOCTYPE html><html><body style="margin:0">
 <script>addEventListener('message', (m) => { document.getElementById('said').textContent = m.data; });</script>
@@ -106,7 +106,7 @@ double brightness_of(const fs::path& png) {
   if (cairo_surface_status(surface) == CAIRO_STATUS_SUCCESS) {
     const int height = cairo_image_surface_get_height(surface);
     const int row = cairo_image_surface_get_stride(surface);
-    // Within the frame, left of which nothing else is.
+    // Within the frame; there is nothing else to the left of it.
     for (int y = 0; y < std::min(height, 850); ++y)
       for (int x = 0; x < 4 * 380; ++x) {
         if (x % 4 == 3) continue;
@@ -155,12 +155,12 @@ TEST(Browser, FollowsTheSystemsColoursAndStaysReadableOnAPhone) {
     for (const int width : {400, 1100}) {
       const Seen seen = look(page, dark, width);
       if (seen.error == ENOENT) GTEST_SKIP() << "chromium is not installed";
-      ASSERT_TRUE(seen.ran) << "chromium said nothing; exit " << seen.error;
+      ASSERT_TRUE(seen.ran) << "chromium printed nothing; exit " << seen.error;
       SCOPED_TRACE(std::string(dark ? "dark" : "light") + ", " + std::to_string(width) + " px");
       EXPECT_EQ(seen.dark, dark ? 1.0 : 0.0);
       EXPECT_LE(seen.overflow, 0.0) << "the page is wider than its window";
       EXPECT_GE(seen.text_contrast, 4.5);
-      // The colours that are for marks alone are light on white: 2 is what they have there.
+      // The colours for marks alone are light on white: their contrast there is 2.
       EXPECT_GE(seen.mark_contrast, dark ? 3.0 : 2.0);
       EXPECT_GE(seen.letters_px, 9.0) << "letters of plots are too small";
       if (dark)

@@ -1,4 +1,4 @@
-// Programs that are called: what they say, and that they and what they started end when asked to.
+// Called programs: their output, and that they and the programs that they started end on request.
 #include "tests/lab/report/child.h"
 #include "tests/support/wait_for.h"
 
@@ -14,7 +14,7 @@
 namespace palpate::report {
 namespace {
 
-/// Whether a process still runs: one that has ended may wait for a parent who asks for it.
+/// Whether a process still runs: one that has ended may be a zombie until its parent waits for it.
 bool runs(int pid) {
   std::ifstream stat("/proc/" + std::to_string(pid) + "/stat");
   std::string number, name, state;
@@ -26,8 +26,8 @@ class CallProgram : public testing::Test {
   int call(const std::string& shell, const Patience& patience = {}) const {
     return call_program({"sh", "-c", shell}, out_, out_, patience);
   }
-  /// Calls what prints its own number and that of a program which it starts, asks to stop when both
-  /// stand there, and returns what came back; pids: the two.
+  /// Calls a shell that prints its own process id and that of a program which it starts, requests a
+  /// stop after both were printed, and returns the result; pids: the two.
   int stop_once_started(const std::string& shell, std::vector<int>& pids,
                         double grace_s = Patience().grace_s) const {
     std::stop_source source;
@@ -74,7 +74,7 @@ TEST_F(CallProgram, EndsAlsoWhatDoesNotListen) {
 
 TEST_F(CallProgram, LetsWhatTheProgramStartedPutItsThingsAway) {
   std::vector<int> pids;
-  // The first dies at once; the one that it started says farewell after a while.
+  // The first process ends at once; the one that it started prints a text after a while.
   const std::string shell =
       "sh -c 'trap \"sleep 0.2; echo farewell; exit\" TERM; echo $$; while :; do sleep 0.01; done' "
       "& "

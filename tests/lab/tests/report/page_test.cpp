@@ -59,7 +59,7 @@ TEST(ReportPage, SaysTheAnswerBeforeTheFigure) {
 
 TEST(ReportPage, CarriesTheNumbersAsCsv) {
   EXPECT_EQ(flat_csv(small_table()), "method,error_mm\n\"a, \"\"b\"\"\",0.12345\n<c>,\n");
-  // The same text in base64, as another program gives it.
+  // The same text in base64, as computed by another program.
   EXPECT_THAT(html(small_page()),
               HasSubstr("download=\"errors-times.csv\" href=\"data:text/csv;charset=utf-8;base64,"
                         "bWV0aG9kLGVycm9yX21tCiJhLCAiImIiIiIsMC4xMjM0NQo8Yz4sCg==\""));

@@ -69,7 +69,7 @@ TEST_F(Charts, NeedNoScriptAndNothingFromOutside) {
 TEST_F(Charts, ShareNoIdWithAnotherFigureOfThePage) {
   const std::string page =
       "<page>" + svg_of(small_chart(), "one") + svg_of(small_chart(), "two") + "</page>";
-  // xmllint says nothing of equal ids; gnuplot's first mark stands for all of them.
+  // xmllint does not report equal ids; gnuplot's first mark is tested for all of them.
   EXPECT_EQ(test::count_of("id='one-gpPt0'", page), 1U);
   EXPECT_EQ(test::count_of("id='two-gpPt0'", page), 1U);
   EXPECT_EQ(test::count_of("id='gpPt", page), 0U);

@@ -15,7 +15,7 @@ std::string xml_trouble(const std::string& text) {
   if (file < 0) return "no temporary file";
   ::close(file);
   std::ofstream(pattern, std::ios::binary) << text;
-  // Data of several pictures in one attribute are longer than the parser takes by itself.
+  // Data of several pictures in one attribute exceed the parser's default limit.
   std::FILE* out = ::popen(("xmllint --huge --noout " + pattern + " 2>&1").c_str(), "r");
   std::string complaint;
   char line[512];

@@ -1,5 +1,5 @@
-// The maps' meaning at points inside, on and outside their borders. Oracle: the field itself,
-// looked at afresh for every point that is found, and Banach's condition q phase < 1.
+// The outcomes of the maps at points inside, on and outside their borders. Oracle: the field
+// itself, evaluated for every point that is found, and Banach's condition q phase < 1.
 #include "tests/lab/stability/back_track_maps.h"
 
 #include <gtest/gtest.h>
@@ -15,14 +15,14 @@ TEST(StretchMap, HoldsAtAnyContractionWhereThePapersFixedPointEndsAtOne) {
     EXPECT_EQ(ours.outcome, Outcome::kHeld) << q;
     EXPECT_EQ(ours.value, 0.0) << q;
   }
-  // Inside it converges within its 64 steps up to 0.8; at 1 and beyond it can not.
+  // Up to 0.8 it converges within its 64 steps; at 1 and beyond it can not.
   EXPECT_EQ(search_cell(Flow::kStretch, 0.8, 1.0, kPapers, 1).outcome, Outcome::kHeld);
   for (const double q : {1.0, 1.5, 3.0}) {
     const Cell papers = search_cell(Flow::kStretch, q, 1.0, kPapers, 1);
     EXPECT_EQ(papers.outcome, Outcome::kSilent) << q;
     EXPECT_GT(papers.value, 90.0) << q;
   }
-  // It is the product with the phase that counts.
+  // The product with the phase counts.
   EXPECT_EQ(search_cell(Flow::kStretch, 3.0, 0.2, kPapers, 1).outcome, Outcome::kHeld);
 }
 
@@ -31,7 +31,7 @@ TEST(PressMap, RefusesWhatIsPressedToAPointOrTurnedInsideOut) {
   EXPECT_EQ(search_cell(Flow::kPress, 2.0, 0.45, kOurs, 2).outcome, Outcome::kHeld);
   for (const double q : {1.0, 1.3, 3.0})
     EXPECT_EQ(search_cell(Flow::kPress, q, 1.0, kOurs, 2).outcome, Outcome::kFlagged) << q;
-  // At exactly 1 all material is in one point and any answer fits; beyond, none does.
+  // At exactly 1 all material is in one point and any result fits; beyond, none does.
   for (const double q : {1.3, 3.0})
     EXPECT_EQ(search_cell(Flow::kPress, q, 1.0, kPapers, 2).outcome, Outcome::kSilent) << q;
 }
@@ -47,7 +47,7 @@ TEST(WavesMap, IsNeverWrongUnseen) {
           << "seed " << seed << " q " << q;
     }
   }
-  // Beyond the border there is something to refuse, or this would prove nothing.
+  // Beyond the border there must be failures; else the test above checks nothing.
   EXPECT_EQ(search_cell(Flow::kWaves, 3.0, 1.0, kOurs, 1).outcome, Outcome::kFlagged);
   EXPECT_EQ(search_cell(Flow::kWaves, 3.0, 1.0, kPapers, 1).outcome, Outcome::kSilent);
 }
@@ -56,7 +56,7 @@ TEST(StrokeMap, HoldsWhereTheMotionIsGentleAndSaysSoWhereItFolds) {
   const Cell inside = stroke_cell(0.25, 0.02, true, 3);
   EXPECT_EQ(inside.outcome, Outcome::kHeld) << inside.value;
   for (const double q : {1.0, 3.0}) {
-    // Never thrown: 0.05 N in a millisecond is the most, wherever it is.
+    // The force never jumps: at most 0.05 N per millisecond, everywhere.
     const Cell ours = stroke_cell(q, 0.02, true, 3);
     EXPECT_NE(ours.outcome, Outcome::kSilent) << q;
     EXPECT_LE(ours.value, 0.05 + 1e-9) << q;
@@ -70,7 +70,7 @@ TEST(DartMap, LetsNoHandThroughOnEitherSideOfTheBorder) {
     for (const double wall : {0.0, 0.3})
       EXPECT_EQ(dart_cell(hand, wall, true, 3000, 5).outcome, Outcome::kHeld)
           << hand << " m/s, wall " << wall;
-  // The paper's loop looks once a tick: a voxel and more in between is not seen.
+  // The paper's loop samples once per tick: it does not detect a wall that it crosses in between.
   EXPECT_EQ(dart_cell(2.0, 0.0, false, 3000, 5).outcome, Outcome::kSilent);
 }
 

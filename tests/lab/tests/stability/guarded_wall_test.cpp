@@ -34,7 +34,7 @@ TEST(GuardedWall, AsksForNoMoreThanADeviceSaysItHolds) {
 }
 
 TEST(GuardedWall, LetsADroppedGripComeToRest) {
-  // The first contact lets the force in slowly; given out whole, that kept a grip bouncing 8 mm
+  // At the first contact the force rises slowly; returned in full, this kept a grip bouncing 8 mm
   // high.
   for (const double speed_m_per_s : {0.05, 0.2, 0.4}) {
     const StabilityCase at = bare_grip(4000.0);
@@ -51,7 +51,7 @@ TEST(GuardedWall, LetsADroppedGripComeToRest) {
       low = std::min(low, x);
       high = std::max(high, x);
     }
-    // It rests: within two counts of the encoder.
+    // At rest: within two counts of the encoder.
     EXPECT_LE(high - low, 2.0 * at.resolution_m) << speed_m_per_s << " m/s";
     EXPECT_GT(low, 0.0) << "it must rest on the wall";
   }

@@ -1,5 +1,5 @@
-// The maps' meaning at points inside, on and outside their borders. Oracle: the physics of the grip
-// alone, and the books of work on the hand.
+// The outcomes of the maps at points inside, on and outside their borders. Oracle: the physics of
+// the grip alone, and the work on the hand.
 #include "tests/lab/stability/loop_maps.h"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,8 @@ TEST(DampingMap, FollowsTheDevicesOwnDamping) {
 }
 
 TEST(HandsMap, NeedsTheLimitMostWhereNoHandDamps) {
-  // No hand, and a spring for a hand: beyond the limit the plain loop hums. A firm hand damps it.
+  // No hand, and a spring as a hand: beyond the limit the plain loop oscillates. A firm hand damps
+  // it.
   for (const int hand : {0, 4}) {
     EXPECT_EQ(loop_cell({.stiffness_share = 2.0}, hand, Loop::kPlain, 4).outcome, Outcome::kSilent);
     EXPECT_EQ(loop_cell({.stiffness_share = 2.0}, hand, Loop::kPalpate, 4).outcome, Outcome::kHeld);
@@ -77,7 +78,7 @@ TEST(SwingMap, KeepsTheHandsConsentOnBothSidesOfTheBorder) {
   EXPECT_NEAR(border_m, 0.0092, 0.0005);  // sqrt(2 0.05 / 7.45) / (2 pi 2)
   const Cell inside = swing_cell(hz, 0.25 * border_m, true, 10.0);
   EXPECT_EQ(inside.outcome, Outcome::kHeld);
-  // The tank holds 0.1 J: twice the border spends that within some seconds.
+  // The tank has 0.1 J: twice the border amplitude uses it up in some seconds.
   for (const double times : {2.0, 4.0}) {
     EXPECT_EQ(swing_cell(hz, times * border_m, true, 10.0).outcome, Outcome::kFlagged) << times;
     const Cell without = swing_cell(hz, times * border_m, false, 10.0);

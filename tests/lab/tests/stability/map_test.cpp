@@ -1,4 +1,4 @@
-// What a map says of itself, from cells that are made by hand.
+// The sentences of a map, for cells that are given by hand.
 #include "tests/lab/stability/map.h"
 
 #include <gmock/gmock.h>
@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// 3 x 2 cells: palpate holds two columns and says so in the third; the other holds one column.
+/// 3 x 2 cells: palpate holds two columns and flags the third; the other method holds one column.
 StabilityMap small_map() {
   StabilityMap map;
   map.group = "loop";
@@ -148,7 +148,7 @@ TEST(Border, GoesAlongTheWholeMapAndBeyond) {
     for (const glm::dvec2 point : border.points) EXPECT_EQ(at_x ? point.x : point.y, 2.0);
     EXPECT_LT(at_x ? border.points[0].y : border.points[0].x, along.at.front());
     EXPECT_GT(at_x ? border.points[1].y : border.points[1].x, along.at.back());
-    // A logarithmic axis has no place below zero.
+    // A logarithmic axis has no values below zero.
     if (at_x) {
       EXPECT_GT(border.points[0].y, 0.0);
     }

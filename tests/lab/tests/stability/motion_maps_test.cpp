@@ -1,5 +1,5 @@
-// The maps' meaning at points inside, on and outside their borders, on 48^3 voxels. Oracle: the
-// truth that the pairs are made with.
+// The outcomes of the maps at points inside, on and outside their borders, on 48^3 voxels. Oracle:
+// the true motion of the pairs.
 #include "tests/lab/stability/motion_maps.h"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,8 @@ TEST(LitPair, HasItsGainAndItsBiasInTheMovingFrameAlone) {
   EXPECT_EQ(lit.fixed.values, plain.fixed.values);
   for (const int i : {0, 5, kSmall - 1}) {
     const size_t at = grid.offset(i, 3, 7);
-    // 600 is the range of a body's intensities; values of about 1000 in single precision.
+    // 600 is the range of a body's intensities; the tolerance is for values of about 1000 in single
+    // precision.
     EXPECT_NEAR(lit.moving.values[at],
                 1.5 * double(plain.moving.values[at]) + 0.3 * 600.0 * i / (kSmall - 1.0), 1e-3);
   }
@@ -71,7 +72,7 @@ TEST_F(MotionMaps, HoldOnBothSidesOfASlideBeyondTwoCells) {
   const Score far = scored(found, scored_at(pair, 12.5)),
               near = scored(found, scored_at(pair, 0.5));
   EXPECT_LT(far.mean_voxels, 0.3);
-  // At the face itself no field that is smooth over a cell can be right: the known limit.
+  // At the face itself no field that is smooth over a cell can be right: a known limit.
   EXPECT_GT(near.mean_voxels, far.mean_voxels);
   EXPECT_EQ(motion_cell(found, scored_at(pair, 12.5), true, Colour::kError).outcome,
             Outcome::kHeld);
@@ -88,8 +89,9 @@ TEST_F(MotionMaps, HoldThickSlicesWithTwoOfThemInAStructure) {
 }
 
 TEST_F(MotionMaps, TrustAFlatRegionLessTheFurtherStructureIs) {
-  // Where nothing but noise is within the narrow window (2.5 voxels) the field is a guess, however
-  // smooth: at most as likely right as wrong. Nearer to structure confidence can not tell.
+  // If there is only noise within the narrow window (2.5 voxels) the field is a guess, however
+  // smooth: the probability that it is right is at most one half. Nearer to structure the
+  // confidence can not show this.
   const auto middle = [&](double radius) {
     const MotionPair pair = flat_pair(64, radius, 1.0, 8);
     const Found found = found_by(context(), pair, true);

@@ -25,7 +25,8 @@ TEST(MotionFront, HoldsWhatNothingOfPalpateBeats) {
   ASSERT_EQ(front.points.size(), 3U);
   EXPECT_EQ(front.points[0].setting, "fast");
   EXPECT_EQ(front.points[2].setting, "best");
-  EXPECT_DOUBLE_EQ(front.points[1].error_voxels, 0.1);  // 0.2 mm of 2 mm
+  // 0.2 mm of 2 mm.
+  EXPECT_DOUBLE_EQ(front.points[1].error_voxels, 0.1);
 }
 
 TEST(MotionFront, LeavesOutPeersFoldsAndWhatIsNotCareful) {

@@ -1,5 +1,5 @@
-// Thousands of damaged fronts, from a fixed seed: what was kept by another version, or cut off by a
-// full disk, must be refused in a sentence.
+// Thousands of damaged fronts, from a fixed seed: a front that another version stored, or that a
+// full disk cut off, must be refused with a message.
 #include <gtest/gtest.h>
 
 #include "integration/app/choice/motion_front.h"

@@ -1,4 +1,4 @@
-// Studies on small data: what they measure is what is there.
+// Studies on small data: their measurements are correct.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,13 +15,13 @@ namespace {
 
 using testing::HasSubstr;
 
-/// What a method saw of the calls.
+/// The calls that a method got.
 struct Calls {
   int runs = 0;
   std::vector<double> patience_s;
 };
 
-/// A method of palpate's that takes the times it is told, one after the other, and stands still.
+/// A method of palpate's that takes the given times, one after the other, and returns no motion.
 class Timed final : public PairMethod {
  public:
   Timed(std::vector<double> seconds, Calls& calls) : seconds_(std::move(seconds)), calls_(calls) {}
@@ -41,7 +41,7 @@ class Timed final : public PairMethod {
   Calls& calls_;
 };
 
-/// A peer that asks the whole study to stop while it runs, and then ends as a stopped one does.
+/// A peer that requests the stop of the whole study while it runs, and then ends as stopped.
 class Stopping final : public PairMethod {
  public:
   explicit Stopping(std::stop_source& source) : source_(source) {}
@@ -64,7 +64,7 @@ std::vector<std::unique_ptr<PairMethod>> just(Of&&... of) {
   return methods;
 }
 
-/// A peer that gives a known field in a known time.
+/// A peer that returns a known field after a known time.
 class Fake final : public PairMethod {
  public:
   Fake(Field forward, Field backward)
@@ -103,7 +103,8 @@ TEST(MotionStudy, ScoresAPeerAgainstTheTruthAndItsWayBack) {
   EXPECT_EQ(all.rows[0].error_mm, 0.0);
   EXPECT_EQ(all.rows[0].seconds, 2.5);
   EXPECT_EQ(all.rows[0].folded, 0U);
-  // Sampled at 4 mm, the two true fields are not quite each other's inverse: trilinear between.
+  // Sampled at 4 mm, the two true fields are not exact inverses of each other: they are
+  // interpolated linearly.
   EXPECT_LT(all.rows[0].there_and_back_mm, 0.2);
   EXPECT_EQ(all.rows[1].error_mm, all.still_error_mm);
   EXPECT_GT(all.still_error_mm, 1.0);
@@ -115,14 +116,15 @@ TEST(MotionStudy, RepeatsATimeOnlyUntilTwoAgree) {
   const MotionCase heart = heart_case(16);
   StudyRun run;
   run.runs = 5;
-  // One run to be warm, two that agree, one back.
+  // One run to warm up, two that agree, one back.
   Calls steady;
   const auto one =
       measure_motion(run, heart, just<Timed>(std::vector{9.0, 1.0, 1.05, 7.0}, steady));
   EXPECT_EQ(steady.runs, 4);
   EXPECT_EQ(one.rows.at(0).seconds, 1.0);
-  EXPECT_NEAR(one.rows.at(0).spread_share, 0.05, 1e-12);  // rounding alone
-  // Where noise does not let two agree, as many as were asked for.
+  // Rounding alone.
+  EXPECT_NEAR(one.rows.at(0).spread_share, 0.05, 1e-12);
+  // If two runs do not agree because of noise: the maximum number of runs.
   Calls noisy;
   const auto two = measure_motion(
       run, heart, just<Timed>(std::vector{9.0, 1.0, 2.0, 3.0, 4.0, 5.0, 7.0}, noisy));
@@ -133,7 +135,8 @@ TEST(MotionStudy, RepeatsATimeOnlyUntilTwoAgree) {
 TEST(MotionStudy, NamesWhatItLeavesOutForTime) {
   const MotionCase heart = heart_case(16);
   StudyRun run;
-  run.end_s = now_s();  // over before it begins
+  // The time is over before it begins.
+  run.end_s = now_s();
   Calls calls;
   auto methods = just<Timed>(std::vector{1.0}, calls);
   methods.push_back(std::make_unique<Broken>());
@@ -169,7 +172,7 @@ TEST(MotionStudy, LetsNoPeerTakeTheTimeOfAllOthers) {
   const auto all = measure_motion(run, heart_case(16), just<Peer>(seconds, runs));
   EXPECT_GT(seconds, 0.0);
   EXPECT_LE(seconds, 250.0);
-  // It took too long to go back as well, though there is time.
+  // It took too long for a run back, although there is time.
   EXPECT_EQ(runs, 1);
   EXPECT_TRUE(std::isnan(all.rows.at(0).there_and_back_mm));
 }
@@ -198,7 +201,7 @@ TEST(MotionStudy, StopsASettingOfPalpateInItsMiddle) {
   const auto stopped = method->run(heart.fixed, heart.moving, {source.get_token()});
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().kind, ErrorKind::kCancelled);
-  // It is as good as new afterwards.
+  // After this it works as before.
   EXPECT_TRUE(method->run(heart.fixed, heart.moving));
 }
 
@@ -212,7 +215,8 @@ TEST(MotionStudy, HalvesAPairWithoutMovingIt) {
   for (size_t n = 0; n < made.truth->u_mm.size(); ++n)
     difference =
         std::max(difference, double(glm::length(half.truth->u_mm[n] - made.truth->u_mm[n])));
-  // A trilinear field of 2 mm between its samples, curvature about 1/50 mm at 5 mm of motion.
+  // The error of a trilinear field of 2 mm between its samples; curvature about 1/50 mm at 5 mm of
+  // motion.
   EXPECT_LT(difference, 0.1);
 }
 
@@ -245,8 +249,10 @@ TEST(ViewStudy, DrawsTheYardstickOfBothLooksWhereThereIsNoTimeAndNamesTheRest) {
   ASSERT_EQ(all.size(), 2U);
   for (const ViewMeasure& m : all) {
     EXPECT_EQ(m.samples_per_voxel, 1.0);
-    EXPECT_GT(m.quality_db, 30.0) << m.look;  // a wrong picture has about 10 dB
-    EXPECT_LT(m.quality_db, 99.0) << m.look;  // it is not the reference itself
+    // A wrong picture has about 10 dB.
+    EXPECT_GT(m.quality_db, 30.0) << m.look;
+    // It is not the reference itself.
+    EXPECT_LT(m.quality_db, 99.0) << m.look;
   }
   EXPECT_EQ(all[0].look, "sparse");
   ASSERT_EQ(missing.size(), 1U);
@@ -256,7 +262,7 @@ TEST(ViewStudy, DrawsTheYardstickOfBothLooksWhereThereIsNoTimeAndNamesTheRest) {
 
 TEST(FeelStudy, FindsTheForceOfAStillSphere) {
   const FeelMeasure m = feel({"static", "palpate", false, Moves::kNothing}, 1);
-  // README's goal is 0.5 % of forces of about 1 N; sampled at 1 mm.
+  // The goal in README is 0.5 % of forces of about 1 N; here sampled at 1 mm.
   EXPECT_LT(m.rms_n, 0.02);
   EXPECT_GT(m.rms_n, 0.0);
   EXPECT_EQ(m.field_megabytes, 0.0);

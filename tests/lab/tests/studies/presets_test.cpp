@@ -1,4 +1,5 @@
-// Each preset's place on the front, by what is the same on every machine: bytes moved and error.
+// Each preset's place on the front, by values that are the same on every machine: bytes moved and
+// error.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -46,7 +47,7 @@ void expect_none_beaten(const std::shared_ptr<vulkan::Context>& context, const M
   testing::Test::RecordProperty("places", list_of(places));
 }
 
-// At the size of a scanner's volume, which the presets are made for.
+// At the size of a scanner's volume, for which the presets are made.
 
 TEST(Presets, AreNotBeatenInBothWorkAndErrorByAnotherCarefulSettingOnTheHeart) {
   const auto context = vulkan::Context::open({});

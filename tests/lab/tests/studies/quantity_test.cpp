@@ -1,4 +1,4 @@
-// What a person writes for a deadline or an error.
+// Texts that a user may write for a deadline or an error.
 #include "integration/app/choice/quantity.h"
 
 #include <gmock/gmock.h>

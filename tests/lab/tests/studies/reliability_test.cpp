@@ -1,4 +1,4 @@
-// Calibration of confidence, on counts that can be reckoned by hand.
+// Calibration of confidence, on counts that can be computed by hand.
 #include "tests/lab/studies/reliability.h"
 
 #include <cmath>
@@ -19,7 +19,7 @@ TEST(Reliability, IsWhatTheBinsSay) {
   EXPECT_NEAR(kept.right(), 0.75, kExact);
   Reliability boasts = kept;
   for (int n = 0; n < 100; ++n) boasts.add(0.95, n < 45);
-  // Half of the voxels keep their word, the others miss by a half.
+  // Half of the voxels have the right confidence, the others are off by a half.
   EXPECT_NEAR(boasts.calibration_error(), 0.25, kExact);
   EXPECT_NEAR(boasts.right(), 0.6, kExact);
 }

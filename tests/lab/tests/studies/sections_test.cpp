@@ -1,4 +1,5 @@
-// The parts of the report on made measurements: well-formed, and saying what the numbers say.
+// The parts of the report for given measurements: well-formed, with sentences that follow from the
+// numbers.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

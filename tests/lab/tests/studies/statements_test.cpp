@@ -1,4 +1,4 @@
-// The sentences of the report, on made measurements: what they say must follow from the numbers.
+// The sentences of the report, for given measurements: they must follow from the numbers.
 #include "tests/lab/studies/motion_statements.h"
 
 #include <gmock/gmock.h>

@@ -4,7 +4,8 @@
 
 namespace palpate::studies::fuzz {
 
-/// Reads a measured front and asks it for settings. Aborts where a promise of the reader is broken.
+/// Reads a measured front and chooses settings from it. Aborts if a guarantee of the reader does
+/// not hold.
 void parse_front_bytes(std::string_view bytes);
 
 }  // namespace palpate::studies::fuzz
