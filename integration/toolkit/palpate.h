@@ -180,7 +180,7 @@ enum {
   PAL_ESTIMATOR_PAIRWISE = 1u << 0,
   /* The last frame leads back to the first. */
   PAL_ESTIMATOR_CYCLIC = 1u << 1,
-  /* Measure nothing for a verdict. (Measuring takes about as long as estimating the pair.) */
+  /* Measure nothing for a verdict, which saves its time. */
   PAL_ESTIMATOR_NO_VERDICT = 1u << 2
 };
 
@@ -663,20 +663,20 @@ PAL_API PalResult pal_session_push_frame(PalSession* session, const PalGrid* gri
 /* Plays (on: not 0) or pauses; PAL_NOT_YET while the motion is not known. The rate changes by a
    ramp. [ANY] */
 PAL_API PalResult pal_session_play(PalSession* session, int on);
-/* Sets the time of every moving volume to a share of its sequence's length, 0 to 1, and pauses.
-   [ANY] */
+/* Sets the time of every moving volume to a share of its sequence's length, 0 to 1, and pauses;
+   PAL_NOT_YET while the motion is not known. [ANY] */
 PAL_API PalResult pal_session_scrub(PalSession* session, double share);
-/* Switches mode `index` of the scene on or off and sets a factor on its strengths, by a ramp. On
-   PAL_NOT_YET neither is changed. [ANY] */
+/* Switches mode `index` of the scene on or off and sets a factor on its strengths, by a ramp.
+   PAL_NOT_YET: too many requests wait for the haptic loop; nothing is changed, call again. [ANY] */
 PAL_API PalResult pal_session_set_mode(PalSession* session, uint32_t index, int on, double gain);
 /* Sets the place of a movable volume: a rotation, scales along its axes (equal or not) and a
    translation, three rows of four. The volume moves there on a smooth path, so one call per picture
-   is enough. [ANY] */
+   is enough. PAL_NOT_YET as above. [ANY] */
 PAL_API PalResult pal_session_place(PalSession* session, uint32_t volume,
                                     const double world_from_volume[12]);
 /* Lets the force come back after an oscillation that went on although the force was reduced (cause
    "oscillation"). After the other causes it comes back without this call, once the hand is free;
-   after pal_session_stop() it does not come back. [ANY] */
+   after pal_session_stop() it does not come back. PAL_NOT_YET as above. [ANY] */
 PAL_API PalResult pal_session_rearm(PalSession* session);
 
 /* ---- stream tubes ----

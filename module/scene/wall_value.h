@@ -31,8 +31,7 @@ struct WallQuality {
 double wall_scale(const Grid& grid);
 
 /// Looks at a surface of equal value where the values rise above it, 5 mm times wall_scale() aside.
-/// Reads the frame once, and
-/// along some thousand lines. Any thread.
+/// Reads the frame once, and along some thousand lines. Any thread.
 WallQuality wall_quality(const Volume& frame, WallValue at);
 
 /// The surface to feel in a frame: Otsu's, if hardly any other between the two main groups of

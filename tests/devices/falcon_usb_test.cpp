@@ -158,7 +158,7 @@ TEST(Falcon, TakesItsMotorsToZeroWhenItIsClosed) {
   EXPECT_FALSE(falcon.last().pushes());
 }
 
-TEST(Falcon, LoadsTheUsersFirmwareAndTriesAgainWhenThatFails) {
+TEST(Falcon, LoadsTheUsersFirmwareThoughGreetingsFail) {
   const ImageFile image(made_image(500));
   EmulatedFalcon falcon({.firmware = false, .image = image.bytes()});
   // A greeting is tried a hundred times, so 30 failures are within one upload.

@@ -196,6 +196,7 @@ TEST(BackTrack, DoesNotJumpOverAFoldToAnotherPartOfTheMaterial) {
   EXPECT_LT(glm::length(from_here.x_m - here), 1e-8);
   const BackTrack within = back_track(*map, 1.0, target, {-2e-3, 1e-4, 0.0});
   EXPECT_FALSE(within.ok);
+  EXPECT_TRUE(back_track(*map, 1.0, target, there + glm::dvec3(2e-4, 0, 0)).ok);
   for (double start_m = -5e-3; start_m <= 3.9e-3; start_m += 1e-4) {
     const BackTrack back = back_track(*map, 1.0, target, {start_m, 0.0, 0.0});
     // A result from the far side or from inside the fold must never be x = 7 mm.

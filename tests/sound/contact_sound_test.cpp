@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <numbers>
@@ -106,7 +107,16 @@ TEST(ContactSound, IsSilentWithoutASoundDeviceAndSaysSoOnce) {
 
 TEST(ContactSound, EndsWhileNobodyAsksForIt) {
   const AlsaWith alsa("pcm.!default { type null }\n");
-  for (int k = 0; k < 20; ++k) ContactSound sound;
+  const auto threads = [] {
+    const std::filesystem::directory_iterator tasks("/proc/self/task");
+    return std::distance(begin(tasks), end(tasks));
+  };
+  const auto before = threads();
+  for (int k = 0; k < 20; ++k) {
+    const ContactSound sound;
+    EXPECT_GT(threads(), before);
+  }
+  EXPECT_EQ(threads(), before);
 }
 
 }  // namespace

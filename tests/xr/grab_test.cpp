@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "tests/scene/dice.h"
 
 namespace palpate::test {
@@ -112,12 +114,14 @@ TEST(Grab, RollsByTheMeanOfBothHandsAboutTheLineBetweenThem) {
 }
 
 TEST(Grab, NeverJumpsWhenHandsTakeHoldAndLetGo) {
+  int still = 0;
   for (uint32_t seed = 1; seed <= 200; ++seed) {
     Dice dice(seed);
     Grab grab;
     Transform volume = somewhere(dice);
     Pose left = dice.pose(0.2), right = dice.pose(0.2);
     bool holds_left = false, holds_right = false;
+    std::array<bool, 2> held{};
     for (int i = 0; i < 300; ++i) {
       left = nudged(left, dice);
       right = nudged(right, dice);
@@ -127,18 +131,27 @@ TEST(Grab, NeverJumpsWhenHandsTakeHoldAndLetGo) {
       hands.focused = !dice.chance(0.05);
       hands.hand[0].active = !dice.chance(0.05);
       const Transform before = volume;
-      const bool held = grab.holds();
       volume = grab.drag(volume, hands);
-      // Without a grip the volume must not move. The scale stays within its limits, and all stays
-      // finite.
-      if (!held) {
+      // Only a hand that held on before and still does may move the volume. The scale stays within
+      // its limits, and all stays finite.
+      bool may_move = false;
+      for (size_t side = 0; side < 2; ++side) {
+        const bool holds = hands.focused && hands.hand[side].active && hands.hand[side].grabs;
+        may_move |= held[side] && holds;
+        held[side] = holds;
+      }
+      if (!may_move) {
         ASSERT_EQ(volume.translation_m, before.translation_m) << "seed " << seed;
+        ASSERT_EQ(volume.rotation, before.rotation) << "seed " << seed;
+        ASSERT_EQ(volume.scale, before.scale) << "seed " << seed;
+        ++still;
       }
       ASSERT_GT(volume.scale.x, 0.1 * 0.999) << "seed " << seed;
       ASSERT_LT(volume.scale.x, 10.0 * 1.001) << "seed " << seed;
       ASSERT_TRUE(std::isfinite(volume.translation_m.x + volume.rotation.w)) << "seed " << seed;
     }
   }
+  EXPECT_GT(still, 10000) << "of 60,000 steps";
 }
 
 TEST(Grab, StaysFiniteWhenTheHandsMeet) {
