@@ -10,7 +10,7 @@
 
 #include "module/calibrate/least_squares.h"
 #include "module/calibrate/principal_axes.h"
-#include "tests/scene/dice.h"
+#include "tests/support/random.h"
 
 namespace palpate::test {
 namespace {
@@ -38,36 +38,36 @@ double angle_between(const glm::dquat& a, const glm::dquat& b) {
   return 2.0 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
 }
 
-Pose a_place(Dice& dice) {
-  return {dice.vector(1.0) + glm::dvec3(0.0, 0.9, -0.5), dice.turn()};
+Pose a_place(Random& random) {
+  return {random.vector(1.0) + glm::dvec3(0.0, 0.9, -0.5), random.turn()};
 }
 
 /// Touched places spread over the workspace. noise_m: RMS in three dimensions.
-std::vector<TouchedPoint> touched(Dice& dice, const Pose& truth, int count, double noise_m,
+std::vector<TouchedPoint> touched(Random& random, const Pose& truth, int count, double noise_m,
                                   double share_wrong) {
   std::vector<TouchedPoint> points;
   for (int i = 0; i < count; ++i) {
     TouchedPoint point;
-    point.device_m = 0.5 * kWorkspace * dice.vector(1.0);
-    point.stage_m = truth(point.device_m) + dice.normal_vector(noise_m / std::sqrt(3.0));
+    point.device_m = 0.5 * kWorkspace * random.vector(1.0);
+    point.stage_m = truth(point.device_m) + random.normal_vector(noise_m / std::sqrt(3.0));
     points.push_back(point);
   }
   const int wrong = int(std::lround(share_wrong * count));
   for (int i = 0; i < wrong; ++i)
-    points[size_t(i * count / wrong)].stage_m += 0.08 * glm::normalize(dice.normal_vector(1.0));
+    points[size_t(i * count / wrong)].stage_m += 0.08 * glm::normalize(random.normal_vector(1.0));
   return points;
 }
 
 TEST(LeastSquaresFit, FindsWhatWasPutInAndRefusesWhatIsNotTold) {
-  Dice dice(1);
+  Random random(1);
   LeastSquares fit(10);
   std::array<double, 10> truth;
-  for (double& x : truth) x = dice.draw(-1, 1);
+  for (double& x : truth) x = random.draw(-1, 1);
   for (int i = 0; i < 30; ++i) {
     std::array<double, 10> row;
-    for (double& x : row) x = dice.draw(-1, 1);
+    for (double& x : row) x = random.draw(-1, 1);
     fit.add(row, std::inner_product(row.begin(), row.end(), truth.begin(), 0.0),
-            dice.draw(0.5, 2.0));
+            random.draw(0.5, 2.0));
   }
   const auto found = fit.solve();
   ASSERT_TRUE(found);
@@ -97,9 +97,9 @@ TEST(ThePrincipalAxes, OfATurnedBoxAreItsEdges) {
 
 TEST(FitRigid, IsExactForExactPoints) {
   for (uint32_t seed = 1; seed <= 500; ++seed) {
-    Dice dice(seed);
-    const Pose truth = a_place(dice);
-    const auto points = touched(dice, truth, 3 + int(seed % 10), 0.0, 0.0);
+    Random random(seed);
+    const Pose truth = a_place(random);
+    const auto points = touched(random, truth, 3 + int(seed % 10), 0.0, 0.0);
     // Including half turns, at which formulas with Euler angles fail.
     EXPECT_LT(error_over_workspace(fit_rigid(points), truth), 1e-12) << "seed " << seed;
   }
@@ -109,9 +109,9 @@ TEST(CalibrateByPoints, ReachesAThirdOfAMillimetreThroughNoiseAndSlips) {
   double worst = 0.0, sum = 0.0;
   constexpr uint32_t kSeeds = 200;
   for (uint32_t seed = 1; seed <= kSeeds; ++seed) {
-    Dice dice(seed);
-    const Pose truth = a_place(dice);
-    const auto points = touched(dice, truth, 60, 1e-3, 0.2);
+    Random random(seed);
+    const Pose truth = a_place(random);
+    const auto points = touched(random, truth, 60, 1e-3, 0.2);
     const auto found = calibrate_by_points(points);
     ASSERT_TRUE(found) << found.error().message << ", seed " << seed;
     const double off = error_over_workspace(found->stage_from_device, truth);
@@ -137,9 +137,9 @@ TEST(CalibrateByPoints, SaysWhatErrorIsToBeExpected) {
   double real = 0.0, expected = 0.0;
   constexpr int kRooms = 400;
   for (uint32_t seed = 1; seed <= kRooms; ++seed) {
-    Dice dice(seed);
-    const Pose truth = a_place(dice);
-    const auto points = touched(dice, truth, 30, 1e-3, 0.0);
+    Random random(seed);
+    const Pose truth = a_place(random);
+    const auto points = touched(random, truth, 30, 1e-3, 0.0);
     const auto found = calibrate_by_points(points);
     ASSERT_TRUE(found);
     const double off = glm::distance(found->stage_from_device(corner), truth(corner));
@@ -151,9 +151,9 @@ TEST(CalibrateByPoints, SaysWhatErrorIsToBeExpected) {
 }
 
 TEST(CalibrateByPoints, IsVerifiedByATouchOfAnotherPoint) {
-  Dice dice(1);
-  const Pose truth = a_place(dice);
-  const auto found = calibrate_by_points(touched(dice, truth, 60, 1e-3, 0.2));
+  Random random(1);
+  const Pose truth = a_place(random);
+  const auto found = calibrate_by_points(touched(random, truth, 60, 1e-3, 0.2));
   ASSERT_TRUE(found);
   const glm::dvec3 place(0.03, -0.02, 0.01);
   EXPECT_LT(off_m(*found, {place, truth(place)}), 0.5e-3);
@@ -161,21 +161,21 @@ TEST(CalibrateByPoints, IsVerifiedByATouchOfAnotherPoint) {
 }
 
 TEST(CalibrateByPoints, SaysWhatIsWrongWithTheTouchedPoints) {
-  Dice dice(1);
-  const Pose truth = a_place(dice);
-  auto points = touched(dice, truth, 4, 1e-3, 0.0);
+  Random random(1);
+  const Pose truth = a_place(random);
+  auto points = touched(random, truth, 4, 1e-3, 0.0);
   EXPECT_EQ(calibrate_by_points(points).error().message,
             "A calibration needs at least 5 touched points: touch more.");
-  points = touched(dice, truth, 20, 1e-3, 0.0);
+  points = touched(random, truth, 20, 1e-3, 0.0);
   for (TouchedPoint& point : points) {
     point.device_m = glm::dvec3(point.device_m.x, 0.0, 0.0);
     point.stage_m = truth(point.device_m);
   }
   EXPECT_NE(calibrate_by_points(points).error().message.find("on a line"), std::string::npos);
-  points = touched(dice, truth, 20, 1e-3, 0.0);
-  for (TouchedPoint& point : points) point.stage_m = dice.vector(1.0);
+  points = touched(random, truth, 20, 1e-3, 0.0);
+  for (TouchedPoint& point : points) point.stage_m = random.vector(1.0);
   EXPECT_NE(calibrate_by_points(points).error().message.find("do not agree"), std::string::npos);
-  points = touched(dice, truth, 20, 1e-3, 0.0);
+  points = touched(random, truth, 20, 1e-3, 0.0);
   points[3].stage_m.x = std::nan("");
   EXPECT_NE(calibrate_by_points(points).error().message.find("not finite"), std::string::npos);
 }
@@ -198,15 +198,15 @@ struct MovementOptions {
   double seconds = 30.0;
 };
 
-Movement move(Dice& dice, const MovementOptions& options) {
+Movement move(Random& random, const MovementOptions& options) {
   Movement made;
-  made.truth = a_place(dice);
-  made.tip_in_controller = dice.vector(0.12);
-  const glm::dquat held = dice.turn();
+  made.truth = a_place(random);
+  made.tip_in_controller = random.vector(0.12);
+  const glm::dquat held = random.turn();
   double f[12], phase[12];
   for (int i = 0; i < 12; ++i) {
-    f[i] = dice.draw(0.2, 0.7);
-    phase[i] = dice.draw(0.0, 6.28);
+    f[i] = random.draw(0.2, 0.7);
+    phase[i] = random.draw(0.0, 6.28);
   }
   // Two waves per axis, so that no two axes have the same motion.
   const auto wave = [&](int i, double t) {
@@ -221,7 +221,7 @@ Movement move(Dice& dice, const MovementOptions& options) {
     return glm::normalize(glm::dquat(1.0, w.x, w.y, w.z));
   };
   for (double t = -0.2; t < options.seconds + 0.2; t += 1e-3)
-    made.tip.push_back({t, tip(t) + dice.normal_vector(2e-5)});
+    made.tip.push_back({t, tip(t) + random.normal_vector(2e-5)});
   // A tracker that loses tracking does so for a while.
   int wrong_for = 0;
   glm::dvec3 jump(0.0);
@@ -232,12 +232,12 @@ Movement move(Dice& dice, const MovementOptions& options) {
     sample.time_s = t;
     sample.stage_from_controller = {
         made.truth(tip(real)) - orientation * made.tip_in_controller +
-            dice.normal_vector(options.noise_m / std::sqrt(3.0)),
-        glm::normalize(dice.small_normal_turn(options.noise_rad / std::sqrt(3.0)) * orientation)};
+            random.normal_vector(options.noise_m / std::sqrt(3.0)),
+        glm::normalize(random.small_normal_turn(options.noise_rad / std::sqrt(3.0)) * orientation)};
     // Wrong intervals have 10 samples, so their beginnings are that much rarer.
-    if (wrong_for == 0 && dice.chance(options.share_wrong / (1.0 - options.share_wrong) / 10.0)) {
+    if (wrong_for == 0 && random.chance(options.share_wrong / (1.0 - options.share_wrong) / 10.0)) {
       wrong_for = 10;
-      jump = dice.draw(0.01, 0.1) * glm::normalize(dice.normal_vector(1.0));
+      jump = random.draw(0.01, 0.1) * glm::normalize(random.normal_vector(1.0));
     }
     if (wrong_for > 0) {
       --wrong_for;
@@ -250,12 +250,12 @@ Movement move(Dice& dice, const MovementOptions& options) {
 
 TEST(CalibrateByMovement, IsExactForExactData) {
   for (const double delay : {0.0, 0.017, 0.06}) {
-    Dice dice(3);
+    Random random(3);
     MovementOptions options;
     options.noise_m = options.noise_rad = options.share_wrong = 0.0;
     options.delay_s = delay;
     options.seconds = 5.0;
-    const Movement made = move(dice, options);
+    const Movement made = move(random, options);
     const auto found = calibrate_by_movement(made.tip, made.controller);
     ASSERT_TRUE(found) << found.error().message;
     // The tip's own noise is 0.02 mm per axis, at a thousand samples per second.
@@ -268,10 +268,10 @@ TEST(CalibrateByMovement, IsExactForExactData) {
 TEST(CalibrateByMovement, ReachesAThirdOfAMillimetreWithUnknownDelayNoiseAndWrongSamples) {
   double worst = 0.0, worst_place = 0.0, worst_angle = 0.0, worst_delay = 0.0;
   for (uint32_t seed = 1; seed <= 24; ++seed) {
-    Dice dice(seed);
+    Random random(seed);
     MovementOptions options;
     options.delay_s = 0.06 * double(seed % 7) / 6.0;
-    const Movement made = move(dice, options);
+    const Movement made = move(random, options);
     const auto found = calibrate_by_movement(made.tip, made.controller);
     ASSERT_TRUE(found) << found.error().message << ", seed " << seed;
     double place = 0.0;
@@ -297,32 +297,32 @@ TEST(CalibrateByMovement, SaysWhatIsWrongWithTheMovement) {
     const auto found = calibrate_by_movement(made.tip, made.controller);
     return found ? std::string("found") : found.error().message;
   };
-  Dice dice(1);
+  Random random(1);
   MovementOptions options;
   options.seconds = 0.5;
-  EXPECT_NE(message(move(dice, options)).find("too short"), std::string::npos);
+  EXPECT_NE(message(move(random, options)).find("too short"), std::string::npos);
   options.seconds = 10.0;
   options.turn_rad = 0.01;
-  EXPECT_NE(message(move(dice, options)).find("hardly turned"), std::string::npos);
+  EXPECT_NE(message(move(random, options)).find("hardly turned"), std::string::npos);
   options.turn_rad = 0.6;
-  Movement flat = move(dice, options);
+  Movement flat = move(random, options);
   for (TipSample& sample : flat.tip) sample.device_m.z = 0.0;
   EXPECT_NE(message(flat).find("hardly moved"), std::string::npos);
-  Movement loose = move(dice, options);
+  Movement loose = move(random, options);
   for (ControllerSample& sample : loose.controller)
-    sample.stage_from_controller.position_m = dice.vector(1.0);
+    sample.stage_from_controller.position_m = random.vector(1.0);
   EXPECT_NE(message(loose).find("clipped tightly"), std::string::npos);
-  Movement back = move(dice, options);
+  Movement back = move(random, options);
   std::swap(back.tip[10], back.tip[20]);
   EXPECT_NE(message(back).find("do not rise"), std::string::npos);
 }
 
 /// A controller that is rotated about its tip: tilted to all sides and rolled, as by a wrist.
-std::vector<ControllerSample> turned(Dice& dice, glm::dvec3 tip_m, glm::dvec3 place_m, int count,
-                                     double tilt_rad, double noise_m, double noise_rad,
+std::vector<ControllerSample> turned(Random& random, glm::dvec3 tip_m, glm::dvec3 place_m,
+                                     int count, double tilt_rad, double noise_m, double noise_rad,
                                      double share_wrong) {
   std::vector<ControllerSample> samples;
-  const glm::dquat middle = dice.turn();
+  const glm::dquat middle = random.turn();
   for (int i = 0; i < count; ++i) {
     const double t = double(i) / count;
     const glm::dquat turn =
@@ -330,10 +330,11 @@ std::vector<ControllerSample> turned(Dice& dice, glm::dvec3 tip_m, glm::dvec3 pl
         glm::angleAxis(tilt_rad * std::sin(31.0 * t + 1.0), glm::dvec3(0, 1, 0)) *
         glm::angleAxis(0.5 * tilt_rad * std::sin(13.0 * t + 2.0), glm::dvec3(0, 0, 1));
     Pose pose{{},
-              glm::normalize(dice.small_normal_turn(noise_rad / std::sqrt(3.0)) * middle * turn)};
+              glm::normalize(random.small_normal_turn(noise_rad / std::sqrt(3.0)) * middle * turn)};
     pose.position_m = place_m - (middle * turn) * tip_m;
-    pose.position_m += dice.normal_vector(noise_m / std::sqrt(3.0));
-    if (dice.chance(share_wrong)) pose.position_m += 0.08 * glm::normalize(dice.normal_vector(1.0));
+    pose.position_m += random.normal_vector(noise_m / std::sqrt(3.0));
+    if (random.chance(share_wrong))
+      pose.position_m += 0.08 * glm::normalize(random.normal_vector(1.0));
     samples.push_back({t, pose});
   }
   return samples;
@@ -341,9 +342,9 @@ std::vector<ControllerSample> turned(Dice& dice, glm::dvec3 tip_m, glm::dvec3 pl
 
 TEST(FindPivot, IsExactForExactPoses) {
   for (uint32_t seed = 1; seed <= 100; ++seed) {
-    Dice dice(seed);
-    const glm::dvec3 tip = dice.vector(0.1), place = dice.vector(1.0);
-    const auto found = find_pivot(turned(dice, tip, place, 120, 0.6, 0.0, 0.0, 0.0));
+    Random random(seed);
+    const glm::dvec3 tip = random.vector(0.1), place = random.vector(1.0);
+    const auto found = find_pivot(turned(random, tip, place, 120, 0.6, 0.0, 0.0, 0.0));
     ASSERT_TRUE(found) << found.error().message << ", seed " << seed;
     EXPECT_LT(glm::distance(found->controller_from_tip_m, tip), 1e-9) << "seed " << seed;
     EXPECT_LT(glm::distance(found->stage_m, place), 1e-9) << "seed " << seed;
@@ -355,9 +356,9 @@ TEST(FindPivot, FindsTheTipThroughNoiseAndAFifthOfWildPoses) {
   double worst = 0.0, sum = 0.0;
   constexpr uint32_t kSeeds = 100;
   for (uint32_t seed = 1; seed <= kSeeds; ++seed) {
-    Dice dice(seed);
-    const glm::dvec3 tip = dice.vector(0.1), place = dice.vector(1.0);
-    const auto samples = turned(dice, tip, place, 450, 0.6, 1e-3, 0.0052, 0.2);
+    Random random(seed);
+    const glm::dvec3 tip = random.vector(0.1), place = random.vector(1.0);
+    const auto samples = turned(random, tip, place, 450, 0.6, 1e-3, 0.0052, 0.2);
     const auto found = find_pivot(samples);
     ASSERT_TRUE(found) << found.error().message << ", seed " << seed;
     const double off = glm::distance(found->controller_from_tip_m, tip);
@@ -373,17 +374,17 @@ TEST(FindPivot, FindsTheTipThroughNoiseAndAFifthOfWildPoses) {
 }
 
 TEST(FindPivot, RefusesWhatDoesNotTellTheTip) {
-  Dice dice(3);
+  Random random(3);
   const glm::dvec3 tip(0.01, -0.02, -0.06), place(0.1, 0.8, -0.4);
-  const auto few = find_pivot(turned(dice, tip, place, 50, 0.6, 1e-3, 0.0, 0.0));
+  const auto few = find_pivot(turned(random, tip, place, 50, 0.6, 1e-3, 0.0, 0.0));
   ASSERT_FALSE(few);
   EXPECT_NE(few.error().message.find("too seldom"), std::string::npos);
-  const auto still = find_pivot(turned(dice, tip, place, 300, 0.05, 1e-3, 0.0, 0.0));
+  const auto still = find_pivot(turned(random, tip, place, 300, 0.05, 1e-3, 0.0, 0.0));
   ASSERT_FALSE(still);
   EXPECT_NE(still.error().message.find("hardly turned"), std::string::npos);
-  auto walking = turned(dice, tip, place, 300, 0.6, 1e-3, 0.0, 0.0);
+  auto walking = turned(random, tip, place, 300, 0.6, 1e-3, 0.0, 0.0);
   for (ControllerSample& sample : walking)
-    sample.stage_from_controller.position_m += dice.vector(0.1);
+    sample.stage_from_controller.position_m += random.vector(0.1);
   const auto moved = find_pivot(walking);
   ASSERT_FALSE(moved);
   EXPECT_NE(moved.error().message.find("did not rest"), std::string::npos);

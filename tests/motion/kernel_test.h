@@ -8,7 +8,7 @@
 #include "shaders/interface/motion.h"
 #include "tests/support/device.h"
 #include "tests/support/images.h"
-#include "tests/support/random.h"
+#include "tests/support/random_fields.h"
 #include "tests/support/tolerances.h"
 
 namespace palpate::test {

@@ -1,61 +1,51 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <random>
-
-#include "tests/motion/oracle/oracle.h"
 
 namespace palpate::test {
 
-/// Seeded random numbers that are equal with every standard library (the library's distributions
-/// are not).
+/// Seeded random numbers, vectors and rotations. All but the normal ones are equal with every
+/// standard library (the library's distributions are not).
 class Random {
  public:
   explicit Random(uint32_t seed) : engine_(seed) {}
   /// Uniform in [low, high).
   double draw(double low, double high) { return low + (high - low) * double(engine_()) * 0x1p-32; }
+  /// Its logarithm is uniform.
+  double log_draw(double low, double high) { return std::exp(draw(std::log(low), std::log(high))); }
+  /// One of 0 to n - 1.
+  int below(int n) { return int(engine_() % uint32_t(n)); }
+  bool chance(double p) { return draw(0, 1) < p; }
+  double normal() { return gauss_(engine_); }
+  /// Each component uniform in [-reach, reach).
   glm::dvec3 vector(double reach) {
     const double x = draw(-reach, reach);
     const double y = draw(-reach, reach);
     return {x, y, draw(-reach, reach)};
   }
+  glm::dvec3 direction() { return glm::normalize(vector(1.0) + glm::dvec3(1e-9)); }
+  glm::dvec3 normal_vector(double sd) {
+    const double x = normal(), y = normal();
+    return sd * glm::dvec3(x, y, normal());
+  }
+  /// Any rotation, all alike.
+  glm::dquat turn() {
+    const double w = normal(), x = normal(), y = normal();
+    return glm::normalize(glm::dquat(w, x, y, normal()));
+  }
+  glm::dquat small_turn(double reach_rad) { return small_turn(vector(reach_rad)); }
+  glm::dquat small_normal_turn(double sd_rad) { return small_turn(normal_vector(sd_rad)); }
 
  private:
-  std::mt19937 engine_;
-};
-
-/// Independent numbers in [-reach, reach) in all four channels.
-inline oracle::Texels random_texels(glm::ivec3 size, uint32_t seed, double reach = 1.0) {
-  Random random(seed);
-  oracle::Texels texels(size);
-  for (glm::dvec4& texel : texels.values) {
-    texel = glm::dvec4(random.vector(reach), 0.0);
-    texel.w = random.draw(-reach, reach);
+  static glm::dquat small_turn(glm::dvec3 by_rad) {
+    return glm::normalize(glm::dquat(1.0, 0.5 * by_rad.x, 0.5 * by_rad.y, 0.5 * by_rad.z));
   }
-  return texels;
-}
-
-/// Independent vectors with components in [-reach, reach).
-inline oracle::Vectors random_vectors(glm::ivec3 size, uint32_t seed, double reach) {
-  Random random(seed);
-  oracle::Vectors vectors(size);
-  for (glm::dvec3& vector : vectors.values) vector = random.vector(reach);
-  return vectors;
-}
-
-/// Independent numbers in [low, high).
-inline oracle::Scalars random_scalars(glm::ivec3 size, uint32_t seed, double low, double high) {
-  Random random(seed);
-  oracle::Scalars scalars(size);
-  for (double& value : scalars.values) value = random.draw(low, high);
-  return scalars;
-}
-
-/// 1 with the given probability, else 0.
-inline oracle::Scalars random_mask(glm::ivec3 size, uint32_t seed, double chance) {
-  oracle::Scalars mask = random_scalars(size, seed, 0.0, 1.0);
-  for (double& value : mask.values) value = value < chance ? 1.0 : 0.0;
-  return mask;
-}
+  std::mt19937 engine_;
+  std::normal_distribution<double> gauss_;
+};
 
 }  // namespace palpate::test

@@ -4,26 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
+#include "tests/support/random.h"
 #include "tests/volume/grids.h"
 
 namespace palpate {
 namespace {
-
-/// Seeded random numbers that are equal with every standard library.
-class Random {
- public:
-  explicit Random(uint32_t seed) : engine_(seed) {}
-  glm::dvec3 vector(double reach) {
-    const auto draw = [&] { return reach * (2.0 * double(engine_()) * 0x1p-32 - 1.0); };
-    const double x = draw(), y = draw();
-    return {x, y, draw()};
-  }
-
- private:
-  std::mt19937 engine_;
-};
 
 /// The determinant of d heart_point(p, from, to) / dp, by central differences.
 double determinant(glm::dvec3 p, int from, int to) {
@@ -58,7 +44,7 @@ double crossing(glm::dvec3 from, glm::dvec3 way, int frame, bool rising, double 
 }
 
 TEST(HeartPoint, ThereAndBackIsTheIdentity) {
-  Random random(1);
+  test::Random random(1);
   for (int draw = 0; draw < 5000; ++draw) {
     const int from = draw % kHeartFrames, to = draw / kHeartFrames % kHeartFrames;
     const glm::dvec3 p = random.vector(70.0);
@@ -101,7 +87,7 @@ TEST(HeartPoint, ClosesTheCycleAndIsStillOutside) {
 }
 
 TEST(HeartValue, MovesWithTheMaterial) {
-  Random random(2);
+  test::Random random(2);
   int moving = 0;
   for (int draw = 0; draw < 3000; ++draw) {
     const glm::dvec3 p = random.vector(50.0);
@@ -118,7 +104,7 @@ TEST(HeartValue, HasNoJumps) {
   // The largest step is from lung to veins, 1240 in 1.5 mm, at the steepest 1.5 times that, and
   // stretched by up to 1.8; two edges may coincide. A jump would not shrink with the step.
   constexpr double kStep = 1e-5, kSlope = 2.0 * 1.5 * 1.8 * 1240.0 / 1.5;
-  Random random(3);
+  test::Random random(3);
   for (int draw = 0; draw < 400; ++draw) {
     const int frame = draw % kHeartFrames;
     const glm::dvec3 from = random.vector(60.0);
@@ -132,7 +118,7 @@ TEST(HeartValue, HasNoJumps) {
 }
 
 TEST(HeartValue, HasTheGradientThatIsGiven) {
-  Random random(4);
+  test::Random random(4);
   int steep = 0, kinks = 0;
   for (int draw = 0; draw < 3000; ++draw) {
     const int frame = draw % kHeartFrames;

@@ -5,7 +5,7 @@
 #include "spirv/gradient_length.h"
 #include "tests/support/device.h"
 #include "tests/support/images.h"
-#include "tests/support/random.h"
+#include "tests/support/random_fields.h"
 #include "tests/support/tolerances.h"
 
 /// The example step of the documentation, compared with the same equation in double precision.

@@ -4,7 +4,7 @@
 #include "shaders/interface/motion.h"
 #include "tests/support/device.h"
 #include "tests/support/images.h"
-#include "tests/support/random.h"
+#include "tests/support/random_fields.h"
 #include "tests/support/tolerances.h"
 
 /// The recorder's guarantees, with a kernel whose result depends on the order of execution: blend

@@ -3,7 +3,7 @@
 
 #include "tests/support/device.h"
 #include "tests/support/images.h"
-#include "tests/support/random.h"
+#include "tests/support/random_fields.h"
 #include "tests/support/tolerances.h"
 
 namespace palpate::test {

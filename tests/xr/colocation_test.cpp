@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/scene/dice.h"
+#include "tests/xr/random_pose.h"
 
 namespace palpate::test {
 namespace {
@@ -37,8 +37,9 @@ struct RoomModel {
   }
 };
 
-RoomModel model(Dice& dice) {
-  return {dice.pose(2), dice.pose(2), dice.pose(1), dice.pose(0.3)};
+RoomModel model(Random& random) {
+  return {random_pose(random, 2), random_pose(random, 2), random_pose(random, 1),
+          random_pose(random, 0.3)};
 }
 
 void keep(Colocation& colocation, const RoomModel& room) {
@@ -49,17 +50,17 @@ void keep(Colocation& colocation, const RoomModel& room) {
 
 TEST(Colocation, StaysOnTheDeviceThroughRandomRecentring) {
   for (uint32_t seed = 1; seed <= 200; ++seed) {
-    Dice dice(seed);
-    RoomModel room = model(dice);
+    Random random(seed);
+    RoomModel room = model(random);
     Colocation colocation;
-    colocation.set_base(dice.chance(0.5) ? Room::kStage : Room::kLocal);
+    colocation.set_base(random.chance(0.5) ? Room::kStage : Room::kLocal);
     keep(colocation, room);
     int64_t time = 0;
     for (int i = 0; i < 100; ++i) {
       time += 11'111'111;
-      const bool stage = dice.chance(0.5);
-      const Pose previous_from_new = dice.pose(1);
-      const int64_t at = time + int64_t(dice.draw(0, 5e7));
+      const bool stage = random.chance(0.5);
+      const Pose previous_from_new = random_pose(random, 1);
+      const int64_t at = time + int64_t(random.draw(0, 5e7));
       colocation.change(stage ? Room::kStage : Room::kLocal, at, previous_from_new);
       Pose& moved = stage ? room.room_from_stage : room.room_from_local;
       // Before the time of the change the old origin is valid.
@@ -80,11 +81,11 @@ TEST(Colocation, StaysOnTheDeviceThroughRandomRecentring) {
 }
 
 TEST(Colocation, TakesChangesOfOneTimeInTheOrderInWhichTheyWereSaid) {
-  Dice dice(1);
-  RoomModel room = model(dice);
+  Random random(1);
+  RoomModel room = model(random);
   Colocation colocation;
   keep(colocation, room);
-  const Pose first = dice.pose(1), second = dice.pose(1);
+  const Pose first = random_pose(random, 1), second = random_pose(random, 1);
   colocation.change(Room::kStage, 20, first);
   colocation.change(Room::kStage, 20, second);
   colocation.advance(20);
@@ -94,13 +95,13 @@ TEST(Colocation, TakesChangesOfOneTimeInTheOrderInWhichTheyWereSaid) {
 
 TEST(Colocation, FindsTheStageAgainByTheLocalSpaceWhenTheRuntimeDoesNotSayHowItMoved) {
   for (uint32_t seed = 1; seed <= 200; ++seed) {
-    Dice dice(seed);
-    RoomModel room = model(dice);
+    Random random(seed);
+    RoomModel room = model(random);
     Colocation colocation;
     keep(colocation, room);
     colocation.place_by(inverse(room.room_from_stage) * room.room_from_local);
     colocation.change(Room::kStage, 10, std::nullopt);
-    room.room_from_stage = room.room_from_stage * dice.pose(1);
+    room.room_from_stage = room.room_from_stage * random_pose(random, 1);
     colocation.advance(10);
     EXPECT_TRUE(colocation.doubtful()) << "doubtful until the place is found";
     colocation.place_by(inverse(room.room_from_stage) * room.room_from_local);
@@ -110,8 +111,8 @@ TEST(Colocation, FindsTheStageAgainByTheLocalSpaceWhenTheRuntimeDoesNotSayHowItM
 }
 
 TEST(Colocation, SaysThatItIsDoubtfulWhenNothingTellsWhereTheStageWent) {
-  Dice dice(1);
-  RoomModel room = model(dice);
+  Random random(1);
+  RoomModel room = model(random);
   Colocation colocation;
   keep(colocation, room);
   colocation.place_by(inverse(room.room_from_stage) * room.room_from_local);
@@ -125,16 +126,16 @@ TEST(Colocation, SaysThatItIsDoubtfulWhenNothingTellsWhereTheStageWent) {
 }
 
 TEST(Colocation, KeepsTheStageFromSessionToSessionAndDoubtsItAfterARestart) {
-  Dice dice(1);
-  RoomModel room = model(dice);
+  Random random(1);
+  RoomModel room = model(random);
   Colocation colocation;
   keep(colocation, room);
   // Announced, and valid before the next session begins.
-  const Pose moved = dice.pose(1);
+  const Pose moved = random_pose(random, 1);
   colocation.change(Room::kStage, 1000, moved);
   room.room_from_stage = room.room_from_stage * moved;
   colocation.begin_session(false);
-  room.room_from_local = dice.pose(2);
+  room.room_from_local = random_pose(random, 2);
   colocation.place_by(inverse(room.room_from_stage) * room.room_from_local);
   EXPECT_FALSE(colocation.doubtful());
   EXPECT_LT(room.off(colocation, Room::kStage), kPlace);
@@ -145,11 +146,11 @@ TEST(Colocation, KeepsTheStageFromSessionToSessionAndDoubtsItAfterARestart) {
 }
 
 TEST(Colocation, FollowsTheRuntimeWhereThereIsNoDevice) {
-  Dice dice(1);
+  Random random(1);
   Colocation colocation;
-  colocation.change(Room::kLocal, 10, dice.pose(1));
+  colocation.change(Room::kLocal, 10, random_pose(random, 1));
   colocation.advance(10);
-  colocation.place_by(dice.pose(1));
+  colocation.place_by(random_pose(random, 1));
   EXPECT_EQ(apart(colocation.world_from(Room::kLocal), {}), 0.0);
   EXPECT_EQ(apart(colocation.world_from(Room::kStage), {}), 0.0);
   EXPECT_FALSE(colocation.doubtful());

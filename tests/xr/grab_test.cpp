@@ -6,7 +6,7 @@
 
 #include <array>
 
-#include "tests/scene/dice.h"
+#include "tests/xr/random_pose.h"
 
 namespace palpate::test {
 namespace {
@@ -26,13 +26,13 @@ Hands hands_at(const Pose& left, const Pose& right, bool grabs_left, bool grabs_
   return hands;
 }
 
-Transform somewhere(Dice& dice) {
-  return {dice.vector(0.5), dice.turn(), glm::dvec3(dice.draw(0.5, 2.0))};
+Transform somewhere(Random& random) {
+  return {random.vector(0.5), random.turn(), glm::dvec3(random.draw(0.5, 2.0))};
 }
 
-Pose nudged(const Pose& pose, Dice& dice) {
-  return {pose.position_m + dice.vector(0.01),
-          glm::normalize(dice.small_turn(0.1) * pose.rotation)};
+Pose nudged(const Pose& pose, Random& random) {
+  return {pose.position_m + random.vector(0.01),
+          glm::normalize(random.small_turn(0.1) * pose.rotation)};
 }
 
 // Sums of a few hundred steps with double rounding, on lengths of a metre.
@@ -40,20 +40,20 @@ constexpr double kRounding = 1e-12;
 
 TEST(Grab, WithOneHandKeepsTheVolumeRigidInTheHand) {
   for (uint32_t seed = 1; seed <= 100; ++seed) {
-    Dice dice(seed);
+    Random random(seed);
     Grab grab;
-    Transform volume = somewhere(dice);
-    Pose hand = dice.pose(0.5);
+    Transform volume = somewhere(random);
+    Pose hand = random_pose(random, 0.5);
     const size_t side = seed % 2;
     const auto at = [&](const Pose& pose) {
       return side ? hands_at({}, pose, false, true) : hands_at(pose, {}, true, false);
     };
     volume = grab.drag(volume, at(hand));
-    const glm::dvec3 point = volume.volume_from_world(hand.position_m + dice.vector(0.2));
+    const glm::dvec3 point = volume.volume_from_world(hand.position_m + random.vector(0.2));
     const glm::dvec3 in_hand = inverse(hand)(volume.world_from_volume(point));
     const glm::dvec3 scale = volume.scale;
     for (int i = 0; i < 300; ++i) {
-      hand = nudged(hand, dice);
+      hand = nudged(hand, random);
       volume = grab.drag(volume, at(hand));
     }
     EXPECT_LT(glm::distance(inverse(hand)(volume.world_from_volume(point)), in_hand), kRounding)
@@ -64,17 +64,17 @@ TEST(Grab, WithOneHandKeepsTheVolumeRigidInTheHand) {
 
 TEST(Grab, WithTwoHandsKeepsWhatIsUnderEachHandUnderIt) {
   for (uint32_t seed = 1; seed <= 100; ++seed) {
-    Dice dice(seed);
+    Random random(seed);
     Grab grab({1e-3, 1e3, 1e-3});
-    Transform volume = somewhere(dice);
-    Pose left = dice.pose(0.1), right = dice.pose(0.1);
+    Transform volume = somewhere(random);
+    Pose left = random_pose(random, 0.1), right = random_pose(random, 0.1);
     right.position_m += glm::dvec3(0.6, 0.0, 0.0);
     volume = grab.drag(volume, hands_at(left, right, true, true));
     const glm::dvec3 under_left = volume.volume_from_world(left.position_m);
     const glm::dvec3 under_right = volume.volume_from_world(right.position_m);
     for (int i = 0; i < 300; ++i) {
-      left = nudged(left, dice);
-      right = nudged(right, dice);
+      left = nudged(left, random);
+      right = nudged(right, random);
       // Far enough apart that the hands set the scale.
       if (glm::distance(left.position_m, right.position_m) < 0.1)
         right.position_m = left.position_m + glm::dvec3(0.2, 0.0, 0.0);
@@ -116,20 +116,20 @@ TEST(Grab, RollsByTheMeanOfBothHandsAboutTheLineBetweenThem) {
 TEST(Grab, NeverJumpsWhenHandsTakeHoldAndLetGo) {
   int still = 0;
   for (uint32_t seed = 1; seed <= 200; ++seed) {
-    Dice dice(seed);
+    Random random(seed);
     Grab grab;
-    Transform volume = somewhere(dice);
-    Pose left = dice.pose(0.2), right = dice.pose(0.2);
+    Transform volume = somewhere(random);
+    Pose left = random_pose(random, 0.2), right = random_pose(random, 0.2);
     bool holds_left = false, holds_right = false;
     std::array<bool, 2> held{};
     for (int i = 0; i < 300; ++i) {
-      left = nudged(left, dice);
-      right = nudged(right, dice);
-      if (dice.chance(0.1)) holds_left = !holds_left;
-      if (dice.chance(0.1)) holds_right = !holds_right;
+      left = nudged(left, random);
+      right = nudged(right, random);
+      if (random.chance(0.1)) holds_left = !holds_left;
+      if (random.chance(0.1)) holds_right = !holds_right;
       Hands hands = hands_at(left, right, holds_left, holds_right);
-      hands.focused = !dice.chance(0.05);
-      hands.hand[0].active = !dice.chance(0.05);
+      hands.focused = !random.chance(0.05);
+      hands.hand[0].active = !random.chance(0.05);
       const Transform before = volume;
       volume = grab.drag(volume, hands);
       // Only a hand that held on before and still does may move the volume. The scale stays within
@@ -201,10 +201,10 @@ TEST(ClipPlane, LiesInTheFlatHandAndKeepsThePalmsSide) {
 
 TEST(BroughtTo, PutsTheCentreThereWithItsFrontToTheViewer) {
   for (uint32_t seed = 1; seed <= 100; ++seed) {
-    Dice dice(seed);
-    const Transform volume = somewhere(dice);
-    const glm::dvec3 centre = dice.vector(0.1), target = dice.vector(1.0),
-                     viewer = dice.vector(2.0);
+    Random random(seed);
+    const Transform volume = somewhere(random);
+    const glm::dvec3 centre = random.vector(0.1), target = random.vector(1.0),
+                     viewer = random.vector(2.0);
     const Transform moved = xr::brought_to(volume, centre, target, viewer);
     EXPECT_LT(glm::distance(moved.world_from_volume(centre), target), kRounding) << seed;
     const glm::dvec3 front = moved.rotation * glm::dvec3(0, 0, 1);

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "tests/scene/dice.h"
+#include "tests/support/random.h"
 #include "tests/xr/xr_fixture.h"
 
 namespace palpate::test {
@@ -252,7 +252,7 @@ XrPosef posef(const xr::Pose& pose) {
 
 TEST_F(XrLoss, KeepsThePictureOnTheDeviceThroughRecentringAndNewSessions) {
   // The true place of the device in a room that never moves. Guaranteed: 0.01 mm.
-  Dice dice(7);
+  Random random(7);
   const auto pose_of = [](const XrPosef& p) {
     return xr::Pose{{p.position.x, p.position.y, p.position.z},
                     glm::normalize(glm::dquat(p.orientation.w, p.orientation.x, p.orientation.y,
@@ -267,8 +267,8 @@ TEST_F(XrLoss, KeepsThePictureOnTheDeviceThroughRecentringAndNewSessions) {
     step_until(HeadsetState::kFocused);
     const auto base = origin == xr::Origin::kStage ? XR_REFERENCE_SPACE_TYPE_STAGE
                                                    : XR_REFERENCE_SPACE_TYPE_LOCAL;
-    const xr::Pose room_from_device{{0.3, 0.8, -0.4}, dice.turn()};
-    const xr::Pose world_from_device{{0.0, 1.0, 0.0}, dice.turn()};
+    const xr::Pose room_from_device{{0.3, 0.8, -0.4}, random.turn()};
+    const xr::Pose world_from_device{{0.0, 1.0, 0.0}, random.turn()};
     h.colocation().keep(
         inverse(pose_of(runtime().room_from(base, runtime().now()))) * room_from_device,
         world_from_device);
@@ -290,14 +290,15 @@ TEST_F(XrLoss, KeepsThePictureOnTheDeviceThroughRecentringAndNewSessions) {
     check();
     for (int i = 0; i < 40; ++i) {
       const auto space =
-          dice.chance(0.5) ? XR_REFERENCE_SPACE_TYPE_STAGE : XR_REFERENCE_SPACE_TYPE_LOCAL;
+          random.chance(0.5) ? XR_REFERENCE_SPACE_TYPE_STAGE : XR_REFERENCE_SPACE_TYPE_LOCAL;
       // The user turns and steps aside. The runtime's event has the pose of the change, or (for one
       // of the two spaces) has none.
-      const xr::Pose moved{dice.vector(1.0), glm::angleAxis(dice.draw(-3, 3), glm::dvec3(0, 1, 0))};
-      runtime().recentre(space, runtime().now() + XrTime(dice.draw(0, 5e7)), posef(moved),
-                         dice.chance(0.7));
+      const xr::Pose moved{random.vector(1.0),
+                           glm::angleAxis(random.draw(-3, 3), glm::dvec3(0, 1, 0))};
+      runtime().recentre(space, runtime().now() + XrTime(random.draw(0, 5e7)), posef(moved),
+                         random.chance(0.7));
       for (int frame = 0; frame < 6; ++frame) check();
-      if (origin == xr::Origin::kStage && dice.chance(0.2)) {
+      if (origin == xr::Origin::kStage && random.chance(0.2)) {
         runtime().announce(XR_SESSION_STATE_LOSS_PENDING);
         step();
         recover();

@@ -1,7 +1,7 @@
 // Random legal walks of the session's state machine: whatever the runtime announces, the program
 // makes the required calls and no forbidden one, and reports its state.
 
-#include "tests/scene/dice.h"
+#include "tests/support/random.h"
 #include "tests/xr/xr_fixture.h"
 
 namespace palpate::test {
@@ -11,12 +11,12 @@ using xr::HeadsetState;
 
 /// The states that a conformant runtime may announce next (OpenXR 1.0, figure "Session State
 /// Life-cycle"); UNKNOWN means none.
-XrSessionState next_state(XrSessionState now, Dice& dice) {
-  if (dice.chance(0.02)) return XR_SESSION_STATE_LOSS_PENDING;
-  const bool up = dice.chance(0.6);
+XrSessionState next_state(XrSessionState now, Random& random) {
+  if (random.chance(0.02)) return XR_SESSION_STATE_LOSS_PENDING;
+  const bool up = random.chance(0.6);
   switch (now) {
     case XR_SESSION_STATE_IDLE:
-      return dice.chance(0.03) ? XR_SESSION_STATE_EXITING : XR_SESSION_STATE_READY;
+      return random.chance(0.03) ? XR_SESSION_STATE_EXITING : XR_SESSION_STATE_READY;
     case XR_SESSION_STATE_READY:
       return XR_SESSION_STATE_SYNCHRONIZED;
     case XR_SESSION_STATE_SYNCHRONIZED:
@@ -55,7 +55,7 @@ class XrWalk : public XrTest {
  protected:
   /// One walk: a session from its first announcement to its loss or end.
   void walk(xr::Headset& headset, uint32_t seed) {
-    Dice dice(seed);
+    Random random(seed);
     const auto step = [&] { return headset.step(now_ns_ += 11'111'111).state; };
     ASSERT_EQ(step(), HeadsetState::kIdle) << "seed " << seed;
     XrSessionState now = XR_SESSION_STATE_IDLE;
@@ -63,15 +63,15 @@ class XrWalk : public XrTest {
     for (int i = 0; i < 60; ++i) {
       // Several announcements may come together. But after READY and STOPPING the runtime waits for
       // the program's answer (begin, end) before the next one.
-      const int bunch = 1 + dice.below(3);
+      const int bunch = 1 + random.below(3);
       for (int b = 0; b < bunch; ++b) {
-        const XrSessionState next = next_state(now, dice);
+        const XrSessionState next = next_state(now, random);
         runtime().announce(now = next);
         if (next == XR_SESSION_STATE_READY || next == XR_SESSION_STATE_STOPPING ||
             next == XR_SESSION_STATE_LOSS_PENDING || next == XR_SESSION_STATE_EXITING)
           break;
       }
-      runtime().setup().should_render = dice.chance(0.02);
+      runtime().setup().should_render = random.chance(0.02);
       const uint64_t frames = runtime().frames();
       ASSERT_EQ(step(), expected(now)) << "seed " << seed << ", step " << i;
       const bool running = headset.report().state == HeadsetState::kHidden ||
@@ -81,10 +81,10 @@ class XrWalk : public XrTest {
       ASSERT_EQ(headset.report().hands.focused, headset.report().state == HeadsetState::kFocused)
           << "seed " << seed;
       if (now == XR_SESSION_STATE_LOSS_PENDING || now == XR_SESSION_STATE_EXITING) break;
-      if (dice.chance(0.05)) break;
+      if (random.chance(0.05)) break;
     }
     // At any stage: lost, or ended by the program.
-    if (dice.chance(0.9)) {
+    if (random.chance(0.9)) {
       if (runtime().session()) runtime().announce(XR_SESSION_STATE_LOSS_PENDING);
     } else if (headset.report().state != HeadsetState::kWaiting) {
       headset.end(now_ns_);

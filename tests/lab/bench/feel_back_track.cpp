@@ -9,9 +9,9 @@
 namespace palpate::bench {
 namespace {
 
-using stability::Draws;
 using stability::Flow;
 using stability::Searches;
+using test::Random;
 
 constexpr double kAnyPhase = -1.0;
 
@@ -35,10 +35,10 @@ void contracting(const FeelBench& bench, Findings& findings) {
   for (const double q : {0.3, 0.6, 0.9, 0.99}) {
     Searches newton, picard;
     for (uint32_t seed = 1; seed <= uint32_t(bench.part(80)); ++seed) {
-      Draws draws(seed);
-      const auto map = MotionMap::of(flow_field(Flow::kWaves, q, draws));
-      newton += searched(*map, kAnyPhase, BackTracking::kNewton, draws, 5000);
-      picard += searched(*map, kAnyPhase, BackTracking::kPicard, draws, 5000);
+      Random random(seed);
+      const auto map = MotionMap::of(flow_field(Flow::kWaves, q, random));
+      newton += stability::searched(*map, kAnyPhase, BackTracking::kNewton, random, 5000);
+      picard += stability::searched(*map, kAnyPhase, BackTracking::kPicard, random, 5000);
     }
     const auto add = [&](const char* name, const Searches& s, Searches& sum) {
       table.rows.push_back(
@@ -69,11 +69,11 @@ void contracting(const FeelBench& bench, Findings& findings) {
 void folded(const FeelBench& bench, Findings& findings) {
   Searches all;
   for (uint32_t seed = 1; seed <= uint32_t(bench.part(400)); ++seed) {
-    Draws draws(seed);
+    Random random(seed);
     const Flow flow = seed % 2 ? Flow::kRough : Flow::kWaves;
-    const double q = draws.even(1.0, 5.0);
-    const auto map = MotionMap::of(flow_field(flow, q, draws));
-    all += searched(*map, kAnyPhase, BackTracking::kNewton, draws, 2000);
+    const double q = random.draw(1.0, 5.0);
+    const auto map = MotionMap::of(flow_field(flow, q, random));
+    all += stability::searched(*map, kAnyPhase, BackTracking::kNewton, random, 2000);
   }
   findings.goals.push_back({"q >= 1 or folded: wrong points passed off as right", "unresolved", "",
                             0.0, 0.0, double(all.wrong), 0,
@@ -115,8 +115,8 @@ void drift(const FeelBench& bench, Findings& findings) {
   double worst = 0.0;
   for (uint32_t seed = 1; seed <= 3; ++seed) {
     stability::Hand hand(stability::shell_spec(20.0, 0.5, 600.0), {data});
-    Draws draws(seed);
-    const glm::dvec3 along = draws.direction();
+    Random random(seed);
+    const glm::dvec3 along = random.direction();
     glm::dvec3 early(0.0), proxy(0.0);
     for (int i = 0; i < 1000 * (beats + 5); ++i) {
       // It moves in, strokes a little so that friction holds it at an angle, and stays.

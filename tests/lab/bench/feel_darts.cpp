@@ -14,35 +14,36 @@ namespace palpate::bench {
 namespace {
 
 using stability::Darts;
-using stability::Draws;
+using test::Random;
 
 constexpr double kVoxel_m = 1e-3;
 constexpr double kWallSpeed_m_per_s = 0.3, kHandSpeed_m_per_s = 1.0;
 constexpr int kFramesPerScene = 100'000, kScenesPerPaper = 20;
 
-SceneSpec drawn_scene(Draws& draws, double& frames_per_second) {
-  SceneSpec spec = stability::dart_spec(draws.even(0.0, 0.8));
+SceneSpec drawn_scene(Random& random, double& frames_per_second) {
+  SceneSpec spec = stability::dart_spec(random.draw(0.0, 0.8));
   // The data move by at most 5 mm from one frame to the next; the swing gets the remaining speed.
-  frames_per_second = draws.even(1.0, 40.0);
+  frames_per_second = random.draw(1.0, 40.0);
   const double data_m_per_s = 0.005 * frames_per_second;
   VolumeSpec& volume = spec.volumes.front();
   volume.path = PosePath::kExact;
   volume.drive.kind = DriveSpec::Kind::kSwing;
-  volume.drive.axis = draws.direction();
-  volume.drive.amplitude_m = draws.even(0.002, 0.010);
+  volume.drive.axis = random.direction();
+  volume.drive.amplitude_m = random.draw(0.002, 0.010);
   volume.drive.rate_hz =
       (kWallSpeed_m_per_s - data_m_per_s) / (glm::two_pi<double>() * volume.drive.amplitude_m);
-  const double angle = draws.even(0.0, 3.0);
-  volume.transform.rotation = glm::angleAxis(angle, draws.direction());
+  const double angle = random.draw(0.0, 3.0);
+  volume.transform.rotation = glm::angleAxis(angle, random.direction());
   return spec;
 }
 
 Darts scene_of(uint32_t seed, bool palpate) {
-  Draws draws(seed);
+  Random random(seed);
   double fps = 1.0;
-  const SceneSpec spec = drawn_scene(draws, fps);
-  return darted(spec, stability::thin_shell(fps),
-                {0.02 * kHandSpeed_m_per_s, kHandSpeed_m_per_s, palpate}, kFramesPerScene, draws);
+  const SceneSpec spec = drawn_scene(random, fps);
+  return stability::darted(spec, stability::thin_shell(fps),
+                           {0.02 * kHandSpeed_m_per_s, kHandSpeed_m_per_s, palpate},
+                           kFramesPerScene, random);
 }
 
 }  // namespace

@@ -64,8 +64,8 @@ LevelSteps::LevelSteps(const std::shared_ptr<vulkan::Context>& context, WarmPair
   moment_bricks_ = all_bricks(level_.moment_cells);
   list_ = upload_bricks(context, bricks_);
   moment_list_ = upload_bricks(context, moment_bricks_);
-  looks_ = vulkan::Buffer(context, 3 * sizeof(float) * bricks_.size(),
-                          vulkan::Buffer::Kind::kHostVisible);
+  measures_ = vulkan::Buffer(context, 3 * sizeof(float) * bricks_.size(),
+                             vulkan::Buffer::Kind::kHostVisible);
   staging_ = vulkan::Buffer(context, l_ == 0 ? uint64_t(voxels_) * 2 : 4,
                             vulkan::Buffer::Kind::kHostVisible);
 
@@ -79,7 +79,7 @@ LevelSteps::LevelSteps(const std::shared_ptr<vulkan::Context>& context, WarmPair
   add_window(iterations);
   add_update(iterations);
   add_filter(iterations);
-  add_look(pair.plan().options.converged > 0.0 ? iterations / 5.0 : 0.0);
+  add_measure(pair.plan().options.converged > 0.0 ? iterations / 5.0 : 0.0);
 }
 
 void LevelSteps::add_pyramid() {
@@ -248,9 +248,9 @@ void LevelSteps::add_filter(double calls) {
                     calls, 1, primal(true)});
 }
 
-void LevelSteps::add_look(double calls) {
+void LevelSteps::add_measure(double calls) {
   MotionKernels& kernels = *pair_.kernels();
-  steps_.push_back({"look what rests", (kFloats + 3.0 * kHalves) * cells_, calls, 1,
+  steps_.push_back({"measure of the bricks", (kFloats + 3.0 * kHalves) * cells_, calls, 1,
                     [this, &kernels](vulkan::Recorder& r) {
                       r.dispatch(kernels.measure(),
                                  {list_,
@@ -258,7 +258,7 @@ void LevelSteps::add_look(double calls) {
                                   {seen_, kernels.nearest()},
                                   seen_,
                                   {smoothed_[2], kernels.nearest()},
-                                  looks_},
+                                  measures_},
                                  shaders::MeasurePush{wide(level_.cells), {1.0F, 0, 0, 0}},
                                  brick_groups(bricks_));
                     }});

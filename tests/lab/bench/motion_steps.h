@@ -36,7 +36,7 @@ class LevelSteps {
   void add_window(double calls);
   void add_update(double calls);
   void add_filter(double calls);
-  void add_look(double calls);
+  void add_measure(double calls);
 
   WarmPair& pair_;
   const size_t l_;
@@ -45,7 +45,7 @@ class LevelSteps {
   vulkan::Image raw_, finer_, normalised_, packed_, moments_[2], no_mask_;
   vulkan::Image field_, ahead_, composed_, primal_, seen_, equations_[3], smoothed_[3], dual_[3];
   BrickList bricks_, moment_bricks_;
-  vulkan::Buffer list_, moment_list_, looks_, staging_;
+  vulkan::Buffer list_, moment_list_, measures_, staging_;
   std::vector<Step> steps_;
 };
 

@@ -20,12 +20,12 @@
 #include "module/haptics/scene_ticker.h"
 #include "module/haptics/servo.h"
 #include "module/scene/built_in.h"
-#include "tests/lab/stability/draws.h"
+#include "tests/support/random.h"
 
 namespace palpate::soak {
 namespace {
 
-using stability::Draws;
+using test::Random;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kFrames = 4, kSize = 48;
@@ -62,7 +62,7 @@ void add(OwnTime& all, int64_t took_ns) noexcept {
 class FailingDevice final : public ForceDevice {
  public:
   FailingDevice(devices::SimulatedOptions options, uint32_t seed)
-      : device_(std::move(options)), draws_(seed) {}
+      : device_(std::move(options)), random_(seed) {}
   DeviceInfo info() const override { return device_.info(); }
 
   DeviceReading exchange(const DeviceCommand& command) noexcept override {
@@ -81,18 +81,18 @@ class FailingDevice final : public ForceDevice {
   enum class Kind { kUnplugged, kTimeout, kGarbage, kJump, kNotNumber, kStale, kStall, kClockBack };
 
   void begin() noexcept {
-    kind_ = Kind(std::min(7, int(draws_.even(0.0, 8.0))));
+    kind_ = Kind(std::min(7, int(random_.draw(0.0, 8.0))));
     switch (kind_) {
       case Kind::kUnplugged:
-        left_ = int(draws_.log_even(50.0, 1500.0));
+        left_ = int(random_.log_draw(50.0, 1500.0));
         ++injected.unplugged;
         break;
       case Kind::kTimeout:
-        left_ = int(draws_.even(1.0, 30.0));
+        left_ = int(random_.draw(1.0, 30.0));
         ++injected.timeouts;
         break;
       case Kind::kGarbage:
-        left_ = int(draws_.even(1.0, 10.0));
+        left_ = int(random_.draw(1.0, 10.0));
         ++injected.garbage;
         break;
       case Kind::kJump:
@@ -100,16 +100,16 @@ class FailingDevice final : public ForceDevice {
         ++injected.jumps;
         break;
       case Kind::kNotNumber:
-        left_ = int(draws_.even(1.0, 5.0));
+        left_ = int(random_.draw(1.0, 5.0));
         ++injected.not_numbers;
         break;
       case Kind::kStale:
-        left_ = int(draws_.even(2.0, 60.0));
+        left_ = int(random_.draw(2.0, 60.0));
         ++injected.stale;
         break;
       case Kind::kStall:
         left_ = 1;
-        stall_ms_ = int(draws_.even(2.0, 12.0));
+        stall_ms_ = int(random_.draw(2.0, 12.0));
         ++injected.stalls;
         break;
       case Kind::kClockBack:
@@ -121,7 +121,7 @@ class FailingDevice final : public ForceDevice {
 
   DeviceReading failed(DeviceReading reading) noexcept {
     // Every 3 s on average: the force needs two of them to come up again.
-    if (left_ == 0 && draws_.even(0.0, 1.0) < 1.0 / 3000.0) begin();
+    if (left_ == 0 && random_.draw(0.0, 1.0) < 1.0 / 3000.0) begin();
     if (left_ == 0) return reading;
     --left_;
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -133,10 +133,10 @@ class FailingDevice final : public ForceDevice {
         break;
       case Kind::kGarbage:
         reading.fault = DeviceFault::kGarbage;
-        reading.position_m = draws_.vector(1e6);
+        reading.position_m = random_.vector(1e6);
         break;
       case Kind::kJump:
-        reading.position_m += draws_.vector(0.05);
+        reading.position_m += random_.vector(0.05);
         break;
       case Kind::kNotNumber:
         reading.position_m.y = kNan;
@@ -154,7 +154,7 @@ class FailingDevice final : public ForceDevice {
   }
 
   devices::SimulatedDevice device_;
-  Draws draws_;
+  Random random_;
   Kind kind_ = Kind::kStale;
   int left_ = 0, stall_ms_ = 0;
 };
@@ -266,13 +266,13 @@ class Watch final : public TickListener {
 
 /// A hand that moves in and out of the heart, and around it.
 devices::ScriptedPath wandering(double seconds, uint32_t seed) {
-  Draws draws(seed);
+  Random random(seed);
   std::vector<devices::ScriptedPath::PathPoint> points;
   glm::dvec3 towards(0.0, 0.0, 1.0);
-  for (double t = 0.0; t < seconds + 5.0; t += draws.even(0.2, 0.8)) {
-    towards = glm::normalize(towards + draws.vector(0.7));
+  for (double t = 0.0; t < seconds + 5.0; t += random.draw(0.2, 0.8)) {
+    towards = glm::normalize(towards + random.vector(0.7));
     const bool out = points.size() % 4 == 0 || t < 3.0;
-    points.push_back({t, towards * (out ? 0.046 : draws.even(0.022, 0.038)), 0});
+    points.push_back({t, towards * (out ? 0.046 : random.draw(0.022, 0.038)), 0});
   }
   return devices::ScriptedPath(std::move(points));
 }
@@ -315,16 +315,16 @@ class Fields {
 class Owner {
  public:
   Owner(const Options& options, SceneTicker& ticker)
-      : fields_(options), ticker_(ticker), draws_(options.seed ^ 0x9e3779b9U) {
+      : fields_(options), ticker_(ticker), random_(options.seed ^ 0x9e3779b9U) {
     volume_ = fields_.base();
     offer(1);
   }
 
   /// One random action.
   void step(Servo& servo, Report& report) {
-    const double what = draws_.even(0.0, 1.0);
+    const double what = random_.draw(0.0, 1.0);
     if (what < 0.35) {
-      const int at = int(draws_.even(0.0, kFrames));
+      const int at = int(random_.draw(0.0, kFrames));
       if (auto map = fields_.find(at)) {
         volume_.motions.front().steps[size_t(at)] = std::move(map);
         ++report.fields;
@@ -332,7 +332,7 @@ class Owner {
       }
     } else if (what < 0.5) {
       // Sometimes there is nothing to feel; sometimes there is a second heart in the first.
-      report.scenes += offer(draws_.even(0.0, 1.0) < 0.1 ? 0 : 1 + int(draws_.even(0.0, 2.0)));
+      report.scenes += offer(random_.draw(0.0, 1.0) < 0.1 ? 0 : 1 + int(random_.draw(0.0, 2.0)));
     } else if (what < 0.55) {
       // From the start: no motion is known.
       volume_ = fields_.base();
@@ -342,9 +342,9 @@ class Owner {
     } else {
       for (int k = 0; k < 10; ++k) {
         Transform pose;
-        pose.translation_m = draws_.vector(0.004);
+        pose.translation_m = random_.vector(0.004);
         servo.send(PoseUpdate{0, pose, Clock::now().time_since_epoch().count()});
-        std::this_thread::sleep_for(std::chrono::milliseconds(int(draws_.even(5.0, 30.0))));
+        std::this_thread::sleep_for(std::chrono::milliseconds(int(random_.draw(5.0, 30.0))));
       }
     }
     ticker_.collect();
@@ -377,17 +377,17 @@ class Owner {
 
   bool turn(Servo& servo) {
     using Kind = ControlEvent::Kind;
-    switch (int(draws_.even(0.0, 6.0))) {
+    switch (int(random_.draw(0.0, 6.0))) {
       case 0:
-        return servo.send({Kind::kRate, 0, draws_.even(-2.0, 3.0)});
+        return servo.send({Kind::kRate, 0, random_.draw(-2.0, 3.0)});
       case 1:
-        return servo.send({Kind::kScrub, 0, draws_.even(0.0, 1.0)});
+        return servo.send({Kind::kScrub, 0, random_.draw(0.0, 1.0)});
       case 2:
-        return servo.send({Kind::kModeOn, 0, double(draws_.even(0.0, 1.0) < 0.7)});
+        return servo.send({Kind::kModeOn, 0, double(random_.draw(0.0, 1.0) < 0.7)});
       case 3:
-        return servo.send({Kind::kModeGain, 0, draws_.even(0.0, 2.0)});
+        return servo.send({Kind::kModeGain, 0, random_.draw(0.0, 2.0)});
       case 4:
-        return servo.send({Kind::kStiffness, 0, draws_.log_even(100.0, 3000.0)});
+        return servo.send({Kind::kStiffness, 0, random_.log_draw(100.0, 3000.0)});
       default:
         servo.send({Kind::kStop, 0, 0.0});
         std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -397,7 +397,7 @@ class Owner {
 
   Fields fields_;
   SceneTicker& ticker_;
-  Draws draws_;
+  Random random_;
   MovingVolume volume_;
   int volumes_ = 1;
 };

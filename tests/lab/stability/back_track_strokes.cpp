@@ -2,9 +2,9 @@
 #include <cmath>
 
 #include "tests/lab/stability/back_track_maps.h"
-#include "tests/lab/stability/draws.h"
 #include "tests/lab/stability/paper_loop.h"
 #include "tests/lab/stability/shell.h"
+#include "tests/support/random.h"
 
 namespace palpate::stability {
 namespace {
@@ -62,12 +62,12 @@ Stroke stroked(AnyHand& hand, glm::dvec3 axis, glm::dvec3 across, double hand_m_
 }  // namespace
 
 Cell stroke_cell(double q, double hand_m_per_s, bool palpate, uint32_t seed) {
-  Draws draws(seed);
-  const glm::dvec3 axis = draws.direction();
+  test::Random random(seed);
+  const glm::dvec3 axis = random.direction();
   const auto data = running_shell(q, glm::normalize(lps_from_volume(axis)));
   SceneSpec spec = shell_spec(20.0, 0.0, kStrokeStiffness);
   spec.modes.front().strength = *TransferFunction::window(500.0, 400.0, 20.0);
-  const glm::dvec3 across = glm::normalize(glm::cross(axis, draws.direction()));
+  const glm::dvec3 across = glm::normalize(glm::cross(axis, random.direction()));
   Stroke stroke;
   if (palpate) {
     Hand hand(spec, {data});

@@ -24,12 +24,12 @@ class Darting {
  public:
   explicit Darting(const DartHand& hand) : hand_(hand), step_m_(1e-3 * hand.fastest_m_per_s) {}
   /// Starts outside.
-  glm::dvec3 next(Draws& draws, double radius_m, glm::dvec3 centre_m) {
+  glm::dvec3 next(test::Random& random, double radius_m, glm::dvec3 centre_m) {
     if (glm::length(target_ - at_) < step_m_) {
-      const glm::dvec3 to = glm::normalize(glm::normalize(at_ - centre_m) + draws.vector(0.5));
-      target_ = centre_m + to * (radius_m + draws.even(-0.015, 0.006));
+      const glm::dvec3 to = glm::normalize(glm::normalize(at_ - centre_m) + random.vector(0.5));
+      target_ = centre_m + to * (radius_m + random.draw(-0.015, 0.006));
       if (hand_.slowest_m_per_s < hand_.fastest_m_per_s)
-        step_m_ = 1e-3 * draws.log_even(hand_.slowest_m_per_s, hand_.fastest_m_per_s);
+        step_m_ = 1e-3 * random.log_draw(hand_.slowest_m_per_s, hand_.fastest_m_per_s);
     }
     const glm::dvec3 way = target_ - at_;
     const double length = glm::length(way);
@@ -52,7 +52,7 @@ const VolumeRun& volume_of(const PaperHand& hand) {
 
 template <class AnyHand>
 Darts darted_by(const SceneSpec& spec, const std::shared_ptr<const MovingVolume>& data,
-                const DartHand& how, int ticks, Draws draws) {
+                const DartHand& how, int ticks, test::Random random) {
   const auto make = [&] { return std::make_unique<AnyHand>(spec, std::vector{data}); };
   auto hand = make();
   Darting path(how);
@@ -60,7 +60,7 @@ Darts darted_by(const SceneSpec& spec, const std::shared_ptr<const MovingVolume>
   double radius = 0.025;
   glm::dvec3 centre(0.0);
   for (int i = 0; i < ticks; ++i) {
-    const TickOutput out = hand->to(path.next(draws, radius, centre));
+    const TickOutput out = hand->to(path.next(random, radius, centre));
     ++darts.frames;
     darts.contact += glm::length(out.wanted_n) > 0.0;
     radius = shell_radius_m(out.first, kThinFrames);
@@ -88,16 +88,16 @@ SceneSpec dart_spec(double friction) {
 }
 
 Darts darted(const SceneSpec& spec, const std::shared_ptr<const MovingVolume>& data,
-             const DartHand& hand, int ticks, Draws draws) {
-  if (hand.palpate) return darted_by<Hand>(spec, data, hand, ticks, draws);
+             const DartHand& hand, int ticks, test::Random random) {
+  if (hand.palpate) return darted_by<Hand>(spec, data, hand, ticks, random);
   SceneSpec papers = spec;
   papers.volumes.front().back_tracking = BackTracking::kPicard;
-  return darted_by<PaperHand>(papers, data, hand, ticks, draws);
+  return darted_by<PaperHand>(papers, data, hand, ticks, random);
 }
 
 Cell dart_cell(double hand_m_per_s, double wall_m_per_s, bool palpate, int ticks, uint32_t seed) {
   const Darts darts = darted(dart_spec(0.2), shell_at(wall_m_per_s),
-                             {hand_m_per_s, hand_m_per_s, palpate}, ticks, Draws(seed));
+                             {hand_m_per_s, hand_m_per_s, palpate}, ticks, test::Random(seed));
   Cell cell{1e3 * double(darts.through) / double(std::max<int64_t>(1, darts.contact)),
             Outcome::kHeld};
   if (darts.through) cell.outcome = darts.unseen || !palpate ? Outcome::kSilent : Outcome::kFlagged;

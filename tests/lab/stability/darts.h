@@ -6,7 +6,7 @@
 
 #include "module/scene/moving_volume.h"
 #include "module/scene/scene_spec.h"
-#include "tests/lab/stability/draws.h"
+#include "tests/support/random.h"
 
 /// A fast hand at a wall one voxel thin: does it pass through with a force below the wall's
 /// strength?
@@ -48,6 +48,6 @@ struct Darts {
 /// wall. After a frame in which the force reaches the strength, or the proxy is behind the wall,
 /// the hand starts again outside. data: a thin_shell().
 Darts darted(const SceneSpec& spec, const std::shared_ptr<const MovingVolume>& data,
-             const DartHand& hand, int ticks, Draws draws);
+             const DartHand& hand, int ticks, test::Random random);
 
 }  // namespace palpate::stability

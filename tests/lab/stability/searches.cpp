@@ -22,16 +22,16 @@ Grid field_grid() {
 }
 
 /// Six waves of 4 mm and longer.
-Field wavy_field(const Grid& grid, Draws& draws) {
+Field wavy_field(const Grid& grid, test::Random& random) {
   struct Wave {
     glm::dvec3 k, amplitude;
     double phase;
   };
   std::vector<Wave> waves;
   for (int w = 0; w < 6; ++w) {
-    const double k = 2.0 * std::numbers::pi / draws.even(4.0, 24.0);
-    const glm::dvec3 along = draws.direction(), towards = draws.direction();
-    waves.push_back({k * along, towards / k, draws.even(0.0, 2.0 * std::numbers::pi)});
+    const double k = 2.0 * std::numbers::pi / random.draw(4.0, 24.0);
+    const glm::dvec3 along = random.direction(), towards = random.direction();
+    waves.push_back({k * along, towards / k, random.draw(0.0, 2.0 * std::numbers::pi)});
   }
   Field field = still_field(grid);
   for (int k = 0; k < grid.size.z; ++k)
@@ -46,9 +46,9 @@ Field wavy_field(const Grid& grid, Draws& draws) {
 }
 
 /// Independent random vectors: the roughest field possible.
-Field rough_field(const Grid& grid, Draws& draws) {
+Field rough_field(const Grid& grid, test::Random& random) {
   Field field = still_field(grid);
-  for (glm::vec3& u : field.u_mm) u = glm::vec3(draws.vector(1.0));
+  for (glm::vec3& u : field.u_mm) u = glm::vec3(random.vector(1.0));
   return field;
 }
 
@@ -83,10 +83,10 @@ struct Ask {
 
 }  // namespace
 
-Field flow_field(Flow flow, double q, Draws& draws) {
+Field flow_field(Flow flow, double q, test::Random& random) {
   const Grid grid = field_grid();
   if (flow == Flow::kWaves || flow == Flow::kRough) {
-    const Field field = flow == Flow::kWaves ? wavy_field(grid, draws) : rough_field(grid, draws);
+    const Field field = flow == Flow::kWaves ? wavy_field(grid, random) : rough_field(grid, random);
     return scaled(field, q / double(MotionMap::of(field)->worst_contraction()));
   }
   Field field = still_field(grid);
@@ -115,14 +115,15 @@ void Searches::operator+=(const Searches& other) {
   seconds += other.seconds;
 }
 
-Searches searched(const MotionMap& map, double phase, BackTracking method, Draws draws, int count) {
+Searches searched(const MotionMap& map, double phase, BackTracking method, test::Random random,
+                  int count) {
   std::vector<Ask> asks;
   for (int i = 0; i < count; ++i) {
-    const double at = phase < 0.0 ? draws.even(0.0, 1.0) : phase;
-    const glm::dvec3 x = draws.vector(0.010);
+    const double at = phase < 0.0 ? random.draw(0.0, 1.0) : phase;
+    const glm::dvec3 x = random.vector(0.010);
     const glm::dvec3 u = map.displacement(x);
-    const glm::dvec3 aside = draws.vector(5e-4);
-    asks.push_back({at, x + at * u, x + aside + draws.even(-0.1, 0.1) * u});
+    const glm::dvec3 aside = random.vector(5e-4);
+    asks.push_back({at, x + at * u, x + aside + random.draw(-0.1, 0.1) * u});
   }
   std::vector<BackTrack> answers(asks.size());
   const auto begin = std::chrono::steady_clock::now();
@@ -152,9 +153,9 @@ Searches searched(const MotionMap& map, double phase, BackTracking method, Draws
 }
 
 Cell search_cell(Flow flow, double q, double phase, BackTracking method, uint32_t seed) {
-  Draws draws(seed);
-  const auto map = MotionMap::of(flow_field(flow, q, draws));
-  const Searches all = searched(*map, phase, method, draws, kSearches);
+  test::Random random(seed);
+  const auto map = MotionMap::of(flow_field(flow, q, random));
+  const Searches all = searched(*map, phase, method, random, kSearches);
   Cell cell{100.0 * double(all.missed) / kSearches, Outcome::kHeld};
   if (all.missed) cell.outcome = all.unseen ? Outcome::kSilent : Outcome::kFlagged;
   return cell;

@@ -6,12 +6,12 @@
 #include "compute/volume/field.h"
 #include "module/haptics/back_track.h"
 #include "tests/lab/stability/back_track_maps.h"
-#include "tests/lab/stability/draws.h"
+#include "tests/support/random.h"
 
 namespace palpate::stability {
 
 /// A field of 24^3 samples of 1 mm; the contraction bound of its worst cell is q.
-Field flow_field(Flow flow, double q, Draws& draws);
+Field flow_field(Flow flow, double q, test::Random& random);
 
 /// The results of many searches for points.
 struct Searches {
@@ -34,6 +34,7 @@ struct Searches {
 /// `count` seeded searches as the haptic loop makes them: a hand of up to 1 m/s, and up to a tenth
 /// of a step since the last search. phase: below zero, a random one for each. Every result is
 /// checked independently of the search's own report.
-Searches searched(const MotionMap& map, double phase, BackTracking method, Draws draws, int count);
+Searches searched(const MotionMap& map, double phase, BackTracking method, test::Random random,
+                  int count);
 
 }  // namespace palpate::stability

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "module/haptics/delay_lead.h"
-#include "tests/lab/stability/draws.h"
+#include "tests/support/random.h"
 
 namespace palpate::stability {
 namespace {
@@ -62,22 +62,22 @@ const char* hand_name(int hand) {
 }
 
 StabilityCase stability_case(uint32_t seed, double c) {
-  Draws draws(seed * 2654435761u + 12345u);
+  test::Random random(seed * 2654435761u + 12345u);
   StabilityCase at;
-  at.body.mass_kg = draws.log_even(0.05, 1.0);
-  at.body.damping_n_s_per_m = draws.log_even(0.1, 10.0);
-  at.delay_s = draws.even(0.0, 3e-3);
-  if (draws.even(0.0, 1.0) < 0.3)
+  at.body.mass_kg = random.log_draw(0.05, 1.0);
+  at.body.damping_n_s_per_m = random.log_draw(0.1, 10.0);
+  at.delay_s = random.draw(0.0, 3e-3);
+  if (random.draw(0.0, 1.0) < 0.3)
     at.delay_s = kWallPeriod_s * std::round(at.delay_s / kWallPeriod_s);
-  at.resolution_m = draws.even(0.0, 60e-6);
-  if (draws.even(0.0, 1.0) < 0.1) at.resolution_m = 0.0;
-  at.offset_m = draws.even(0.0, 1.0) * at.resolution_m;
-  at.hand = std::min(4, int(draws.even(0.0, 5.0)));
-  const double spring = draws.log_even(20.0, 2000.0);
+  at.resolution_m = random.draw(0.0, 60e-6);
+  if (random.draw(0.0, 1.0) < 0.1) at.resolution_m = 0.0;
+  at.offset_m = random.draw(0.0, 1.0) * at.resolution_m;
+  at.hand = std::min(4, int(random.draw(0.0, 5.0)));
+  const double spring = random.log_draw(20.0, 2000.0);
   at.body.hand = at.hand < 4 ? kWallHands[size_t(at.hand)]
                              : devices::HandImpedance{.stiffness_n_per_m = spring};
-  at.press_n = draws.log_even(0.1, 3.0);
-  at.impact_m_per_s = draws.log_even(0.01, 0.3);
+  at.press_n = random.log_draw(0.1, 3.0);
+  at.impact_m_per_s = random.log_draw(0.01, 0.3);
   at.stiffness_n_per_m = c * stable_stiffness(at.body.damping_n_s_per_m, kWallPeriod_s, at.delay_s);
   return at;
 }
@@ -109,7 +109,7 @@ StabilityResult run_stability(const StabilityCase& at, const WallLoop& loop) {
   devices::HeldMass body(at.body, {});
   body.put({}, {at.impact_m_per_s, 0.0, 0.0});
   DelayLead lead(kWallPeriod_s, at.delay_s, loop.lead_share);
-  Draws draws(1);
+  test::Random random(1);
   double now_s = 0.0, period_s = kWallPeriod_s;
   Spread position, force;
   for (long tick = 0; tick < ticks; ++tick) {
@@ -120,7 +120,7 @@ StabilityResult run_stability(const StabilityCase& at, const WallLoop& loop) {
         loop.push_n ? loop.push_n(x, period_s)
                     : -wall_k * std::max(0.0, lead.add(std::llround(now_s * 1e9), {x, 0.0, 0.0}).x);
     if (at.jitter_s > 0.0)
-      period_s = std::max(1e-5, kWallPeriod_s + draws.even(-at.jitter_s, at.jitter_s));
+      period_s = std::max(1e-5, kWallPeriod_s + random.draw(-at.jitter_s, at.jitter_s));
     now_s += period_s;
     sent[size_t(tick) % sent.size()] = push_n;
     const double now_n = sent[size_t(tick - whole) % sent.size()];

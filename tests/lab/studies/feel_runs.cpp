@@ -5,15 +5,15 @@
 #include <cmath>
 
 #include "module/haptics/back_track.h"
-#include "tests/lab/stability/draws.h"
 #include "tests/lab/stability/paper_loop.h"
 #include "tests/lab/stability/shell.h"
 #include "tests/lab/studies/measuring.h"
+#include "tests/support/random.h"
 
 namespace palpate::studies {
 namespace {
 
-using stability::Draws;
+using test::Random;
 
 constexpr double kStiffness = 600.0, kStrength_n = 20.0, kFastest_m_per_s = 0.1;
 constexpr double kFramesPerSecond = 2.0;
@@ -29,10 +29,10 @@ int64_t steady_ns() {
 class Stroke {
  public:
   Stroke(uint32_t seed, double middle_m, double swing_m) : middle_m_(middle_m), swing_m_(swing_m) {
-    Draws draws(seed);
-    along_ = draws.direction();
-    across_ = glm::normalize(glm::cross(along_, draws.direction() + glm::dvec3(0.0, 1e-6, 0.0)));
-    in_out_per_s_ = draws.even(3.0, 7.0);
+    Random random(seed);
+    along_ = random.direction();
+    across_ = glm::normalize(glm::cross(along_, random.direction() + glm::dvec3(0.0, 1e-6, 0.0)));
+    in_out_per_s_ = random.draw(3.0, 7.0);
     const double radial = swing_m * in_out_per_s_;
     round_per_s_ =
         std::sqrt(kFastest_m_per_s * kFastest_m_per_s - radial * radial) / (middle_m + swing_m);
@@ -212,10 +212,10 @@ struct TurnPlaces {
 TurnPlaces turn_places(int count) {
   static const auto map = MotionMap::of(shell_truth(heart_grid(128), 0, 1));
   TurnPlaces places{map, {}};
-  Draws draws(7);
+  Random random(7);
   for (int n = 0; n < count; ++n) {
-    const double radius_m = draws.even(0.015, 0.05);
-    places.targets.push_back(radius_m * draws.direction());
+    const double radius_m = random.draw(0.015, 0.05);
+    places.targets.push_back(radius_m * random.direction());
   }
   return places;
 }

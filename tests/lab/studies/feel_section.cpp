@@ -230,12 +230,12 @@ std::vector<std::string> feel_sentences(const FeelMeasures& all) {
     sentences.push_back(
         as_good == all.picard.end()
             ? fmt::format(
-                  "Newton turns the motion around to {:.2g} um in {} steps; {} steps of the "
+                  "Newton inverts the motion to within {:.2g} um in {} steps; {} steps of the "
                   "fixed point leave {:.2g} um.",
                   all.newton.residual_um, all.newton.steps, all.picard.back().steps,
                   all.picard.back().residual_um)
             : fmt::format(
-                  "Newton turns the motion around to {:.2g} um in {} steps and {:.2g} us; the "
+                  "Newton inverts the motion to within {:.2g} um in {} steps and {:.2g} us; the "
                   "fixed point needs {} steps or fewer and {:.2g} us to come within a "
                   "nanometre or as near.",
                   all.newton.residual_um, all.newton.steps, all.newton.time_us, as_good->steps,
