@@ -6,23 +6,23 @@ std::optional<MotionOptions> motion_preset(std::string_view name) {
   MotionOptions options;
   options.preset = std::string(name);
   // Finest level first: iterations, cell, window, smoothness. On the finest level the window does
-  // the smoothing, above it the total variation; both were found by random search on a chest CT and
-  // a heart phantom (docs/decisions). The finest level yields where its window is too wide; those
-  // values were chosen by leaving out one anatomy with known motion at a time (palpate-lab
-  // anatomies, docs/decisions).
+  // the smoothing, above it the total variation, too. The finest level's values were found by
+  // random search on a chest CT and a heart phantom; how it yields where its window is too wide,
+  // and the values of the levels above, by leaving out one anatomy with known motion at a time
+  // (palpate-lab anatomies, docs/decisions/motion-engine.md).
   if (name == "fast") {
-    options.levels = {{3, 4, 7.0, 0.06}, {8, 4, 2.0, 0.2}, {12, 4, 2.0, 0.15}};
+    options.levels = {{3, 4, 7.0, 0.06}, {8, 4, 3.0, 0.16}, {12, 4, 3.0, 0.1}};
     options.normalise_window = 3.0;  // wide enough for moments on cells of four voxels
     options.search_work = 1e7;
     options.yield.window = 2.5;
   } else if (name == "balanced") {
-    options.levels = {{10, 4, 7.0, 0.06}, {12, 4, 2.0, 0.2}, {25, 4, 2.0, 0.15}};
+    options.levels = {{10, 4, 7.0, 0.06}, {12, 4, 3.0, 0.16}, {25, 4, 3.0, 0.1}};
     options.filter_steps = 4;
     options.search_work = 1e7;
     options.yield.window = 2.5;
     options.sliding.cell = 2;
   } else if (name == "best") {
-    options.levels = {{12, 4, 7.0, 0.06}, {25, 4, 2.0, 0.2}, {40, 4, 2.0, 0.15}};
+    options.levels = {{12, 4, 7.0, 0.06}, {25, 4, 3.0, 0.16}, {40, 4, 3.0, 0.1}};
     options.filter_steps = 4;
     options.checkerboard = false;
     options.search_work = 6e7;

@@ -37,7 +37,7 @@ TEST_F(Solver, FindsATranslationByMoreThanTheStructuresAreWide) {
   expect_found(made_pair(plain_grid({56, 56, 48}), map), "balanced");
 }
 
-/// An organ that moves by 20 voxels past still tissue: coarse levels average the two motions, and
+/// An organ that moves by 34 voxels past still tissue: coarse levels average the two motions, and
 /// the discrete start searches where they leave a difference. Where they leave none, the search
 /// must not change anything.
 TEST_F(Solver, SearchesForMotionThatCoarseLevelsLeaveUnexplained) {
@@ -45,7 +45,7 @@ TEST_F(Solver, SearchesForMotionThatCoarseLevelsLeaveUnexplained) {
   searching.motion.sliding.cell = 0;
   EstimatorOptions not_searching = searching;
   not_searching.motion.search_mm = 0.0;
-  const SlidingPhantom slide = sliding_phantom();
+  const SlidingPhantom slide = sliding_phantom(96, 34.0);
   const auto error = [&](const EstimatorOptions& options) {
     const PairMotion motion = motion_of(slide.fixed, slide.moving, options);
     const Result<Distances> distances = endpoint_error(motion.field, slide.truth, &slide.organ);
