@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/random.h"
 #include "tests/volume/grids.h"
+#include "tests/volume/jumps.h"
 
 namespace palpate {
 namespace {
@@ -110,6 +112,19 @@ TEST(ShellPhantom, WallIsBrighterThanBloodAndLung) {
   EXPECT_GT(mean_inside(beat.frames[2], shell_mask(grid, 2)), 800.0);
   EXPECT_NEAR(double(beat.frames[2].at(24, 24, 24)), 350.0, 80.0);  // texture 40, noise 9
   EXPECT_NEAR(double(beat.frames[2].at(1, 1, 1)), 100.0, 120.0);    // texture 80, noise 9
+}
+
+TEST(ShellValue, HasNoJumps) {
+  // The largest step is 900 plus the textures' 420, in 1.5 mm, at the steepest 1.5 times that.
+  constexpr double kSlope = 1.5 * 1320.0 / 1.5;
+  test::Random random(1);
+  for (int draw = 0; draw < 200; ++draw) {
+    const glm::dvec3 from = random.vector(60.0);
+    const double change = test::largest_narrow_change(
+        [&](glm::dvec3 at) { return shell_value(at, draw % kShellFrames); }, from,
+        random.direction());
+    ASSERT_LT(change, kSlope * test::kNarrow_mm) << "draw " << draw;
+  }
 }
 
 TEST(ShellPhantom, NoiseHasTheAskedSdAndTheSeedDecides) {
