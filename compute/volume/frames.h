@@ -15,6 +15,7 @@ struct Frames {
   Grid grid;
   size_t count = 0;
   std::vector<double> times_s;                 ///< one per frame; empty if not known
+  std::string ordered_by;                      ///< what gives their order; empty: their file
   std::function<Result<Volume>(size_t)> read;  ///< in rising order, once per frame
   bool in_memory = false;          ///< read() returns copies, in any order and repeatedly
   std::vector<std::string> notes;  ///< notes on the files for the user, a sentence each

@@ -49,7 +49,11 @@ bool is_known_sequence(uint32_t tag) {
                                  kPlaneOrientation,      kPixelValueTransformation,
                                  kFrameContent,          kCardiacSynchronization,
                                  kTemporalPositionGroup, kRespiratorySynchronization,
-                                 kVolumePosition,        kVolumeOrientation};
+                                 kVolumePosition,        kVolumeOrientation,
+                                 kMrFrameType,           kCtFrameType,
+                                 kMrEcho,                kMrModifier,
+                                 kMrTiming,              kMrDiffusion,
+                                 kMrVelocity,            kUsImage};
   return std::find(std::begin(kKnown), std::end(kKnown), tag) != std::end(kKnown);
 }
 
@@ -172,11 +176,20 @@ std::string_view without_padding(std::string_view value) {
   return trimmed(value);
 }
 
+/// True if the element at the start of the bytes has the two letters of an explicit VR.
+bool has_vr(std::string_view bytes) {
+  const auto is_capital = [](char c) { return c >= 'A' && c <= 'Z'; };
+  return bytes.size() >= 6 && is_capital(bytes[4]) && is_capital(bytes[5]);
+}
+
 /// The standard's name of how the file is written, and where its elements begin.
 Result<std::string> transfer_syntax(const std::filesystem::path& file, std::string_view bytes,
-                                    size_t& data_at) {
-  Walker walker(bytes, kPreambleBytes, Syntax());
-  std::string syntax = "1.2.840.10008.1.2";
+                                    size_t start, size_t& data_at) {
+  Walker walker(bytes, start, Syntax());
+  // Where nothing names it, explicit VR shows in the letters of the first element.
+  const bool is_explicit = has_vr(bytes.substr(start));
+  std::string syntax = is_explicit ? "1.2.840.10008.1.2.1" : "1.2.840.10008.1.2";
+  bool is_named = false;
   // The group with number 2 describes the file and is always explicit little endian.
   while (walker.position() + 8 <= bytes.size() &&
          number_at<uint16_t>(bytes.substr(walker.position()), false) == 2) {
@@ -186,9 +199,13 @@ Result<std::string> transfer_syntax(const std::filesystem::path& file, std::stri
     if (head.length == kUndefined || !walker.take_value(head, bytes.size(), 0, description)) {
       return bad_input(file, "is cut short or damaged: export it again");
     }
-    if (head.tag == kTransferSyntax) syntax = description.text(kTransferSyntax);
+    if (head.tag != kTransferSyntax) continue;
+    syntax = description.text(kTransferSyntax);
+    is_named = true;
   }
   data_at = walker.position();
+  if (!is_named && data_at > start)
+    syntax = has_vr(bytes.substr(data_at)) ? "1.2.840.10008.1.2.1" : "1.2.840.10008.1.2";
   return syntax;
 }
 
@@ -276,12 +293,23 @@ std::vector<double> DicomElements::reals(uint32_t tag, size_t count) const {
   return finite ? all : std::vector<double>();
 }
 
+std::optional<size_t> start_of_dicom(std::string_view bytes) {
+  if (bytes.size() >= kPreambleBytes && bytes.substr(128, 4) == "DICM") return kPreambleBytes;
+  // Without a preamble: an element of the first groups, in explicit VR or with a short length.
+  if (bytes.size() < kPreambleBytes) return std::nullopt;
+  const auto group = number_at<uint16_t>(bytes, false);
+  const auto element = number_at<uint16_t>(bytes.substr(2), false);
+  const auto length = number_at<uint32_t>(bytes.substr(4), false);
+  const bool is_first = (group == 2 && element <= 0x0102) || (group == 8 && element <= 0x0060);
+  const bool is_plausible = has_vr(bytes) || (group == 8 && length <= 128 && length % 2 == 0);
+  return is_first && is_plausible ? std::optional<size_t>(0) : std::nullopt;
+}
+
 Result<DicomElements> parse_dicom(const std::filesystem::path& file, std::string_view bytes) {
-  if (bytes.size() < kPreambleBytes || bytes.substr(128, 4) != "DICM") {
-    return bad_input(file, "is no DICOM file: check what wrote it");
-  }
+  const auto start = start_of_dicom(bytes);
+  if (!start) return bad_input(file, "is no DICOM file: check what wrote it");
   size_t at = 0;
-  const auto name = transfer_syntax(file, bytes, at);
+  const auto name = transfer_syntax(file, bytes, *start, at);
   if (!name) return name.error();
   const Syntax syntax{.explicit_vr = *name != "1.2.840.10008.1.2",
                       .big_endian = *name == "1.2.840.10008.1.2.2"};
@@ -299,8 +327,10 @@ Result<DicomElements> parse_dicom(const std::filesystem::path& file, std::string
   while (walker.position() < bytes.size()) {
     Head head;
     if (!walker.head(bytes.size(), head)) return bad_input(file, "is cut short: export it again");
-    if (head.tag == kPixels) {
+    const bool is_real = head.tag == tags::kFloatPixels || head.tag == tags::kDoublePixels;
+    if (head.tag == kPixels || is_real) {
       elements.has_pixels = true;
+      elements.has_real_pixels = is_real;
       elements.is_packed = head.length == kUndefined;
       elements.has_word_pixels = head.is_words;
       const bool whole = elements.is_packed

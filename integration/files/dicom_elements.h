@@ -25,6 +25,7 @@ struct DicomElements {
   std::string syntax;                       ///< name of the transfer syntax (a UID)
   bool is_packed = false;                   ///< the pixels are JPEG or the like
   std::vector<std::string_view> fragments;  ///< of packed pixels; the first is a table of offsets
+  bool has_real_pixels = false;             ///< floating-point numbers instead of integers
   bool has_word_pixels = false;             ///< plain pixels of 8 bits lie in words of 16 (VR "OW")
   std::string_view pixels;                  ///< plain pixels; empty if packed
   std::shared_ptr<const std::string> inflated;  ///< what the views point into if it was deflated
@@ -42,6 +43,10 @@ struct DicomElements {
   /// `count` binary numbers of 64 bits (FD); empty if there are not so many finite ones.
   std::vector<double> reals(uint32_t tag, size_t count) const;
 };
+
+/// Where the elements of a file begin, if it is DICOM: behind the preamble, or at once in files of
+/// old programs that wrote none. The first 140 bytes are enough.
+std::optional<size_t> start_of_dicom(std::string_view bytes);
 
 /// Walks through all elements up to the pixels and checks that every length fits, sequences and
 /// fragments included: GDCM ends the process over a damaged file, so it is never given one.

@@ -1,8 +1,13 @@
 #include "integration/files/dicom_frames.h"
 
+#include <iterator>
+#include <numeric>
+#include <optional>
+
 #include "compute/volume/memory.h"
 #include "integration/files/dicom_pixels.h"
 #include "integration/files/dicom_scan.h"
+#include "integration/files/dicom_series.h"
 #include "integration/files/samples.h"
 #include "integration/files/sentences.h"
 
@@ -11,12 +16,15 @@ namespace {
 
 class DicomFrames : public FrameSource {
  public:
-  DicomFrames(std::filesystem::path name, std::vector<DicomSlice> slices, DicomLayout layout)
+  DicomFrames(std::filesystem::path name, std::vector<DicomSlice> slices, DicomLayout layout,
+              std::vector<std::string> all_notes)
       : name_(std::move(name)), slices_(std::move(slices)), layout_(std::move(layout)) {
     grid = layout_.grid;
     frame_count = layout_.frames.size();
     times_s = layout_.times_s;
     times_known = layout_.times_known;
+    ordered_by = layout_.ordered_by;
+    notes = std::move(all_notes);
   }
 
   Result<Volume> frame(size_t k) override {
@@ -43,25 +51,64 @@ class DicomFrames : public FrameSource {
 
 }  // namespace
 
-Result<std::unique_ptr<FrameSource>> open_dicom(const std::vector<std::filesystem::path>& inputs) {
+Result<std::unique_ptr<FrameSource>> open_dicom(const std::vector<std::filesystem::path>& inputs,
+                                                const std::string& series) {
+  const std::filesystem::path& name = inputs.front();
   std::vector<DicomSlice> slices;
-  // A list of single slices is one unsorted set; a list of folders is one frame per folder.
-  const bool folders = std::filesystem::is_directory(inputs.front());
-  for (size_t n = 0; n < inputs.size(); ++n) {
-    auto found = scan_dicom(inputs[n]);
-    if (!found) return found.error();
-    for (DicomSlice& slice : *found) {
-      slice.input = folders ? n : 0;
-      slices.push_back(std::move(slice));
+  std::vector<std::string> notes;
+  const auto append = [&](DicomScan& scan) {
+    slices.insert(slices.end(), std::make_move_iterator(scan.slices.begin()),
+                  std::make_move_iterator(scan.slices.end()));
+    notes.insert(notes.end(), scan.notes.begin(), scan.notes.end());
+  };
+  std::optional<Result<DicomLayout>> layout;
+  if (inputs.size() > 1 && std::filesystem::is_directory(name)) {
+    // A list of folders is one frame per folder.
+    for (size_t n = 0; n < inputs.size(); ++n) {
+      auto scan = scan_dicom(inputs[n]);
+      if (!scan) return scan.error();
+      const auto image = choose_image(inputs[n], scan->slices, series);
+      if (!image) return image.error();
+      if (image->frames.size() > 1) {
+        return bad_input(inputs[n],
+                         "holds {} frames, but of several folders each is one frame: name this "
+                         "folder alone",
+                         image->frames.size());
+      }
+      DicomScan chosen;
+      for (const size_t s : image->frames.front()) chosen.slices.push_back(scan->slices[s]);
+      for (DicomSlice& slice : chosen.slices) slice.input = n;
+      if (n > 0) {
+        const DicomSlice &first = slices.front(), &slice = chosen.slices.front();
+        if (const char* what = shape_difference(first, slice)) {
+          return bad_input(slice.file,
+                           "has another {} than '{}': name folders with the frames of one scan",
+                           what, first.file.string());
+        }
+      }
+      chosen.notes = scan->notes;
+      for (const std::string& note : image->notes) chosen.notes.push_back(note);
+      append(chosen);
     }
+    std::vector<size_t> all(slices.size());
+    std::iota(all.begin(), all.end(), size_t{0});
+    layout = arrange_slices(name, slices, all);
+  } else {
+    // A list of single slices is one unsorted set.
+    for (const std::filesystem::path& input : inputs) {
+      auto scan = scan_dicom(input);
+      if (!scan) return scan.error();
+      append(*scan);
+    }
+    layout = choose_image(name, slices, series);
   }
-  auto layout = arrange_slices(inputs.front(), slices);
-  if (!layout) return layout.error();
-  const Status fits = check_fits_memory(fmt::format("one frame of '{}'", inputs.front().string()),
-                                        double(layout->grid.count()) * sizeof(float));
+  if (!*layout) return layout->error();
+  const Status fits = check_fits_memory(fmt::format("one frame of '{}'", name.string()),
+                                        double((*layout)->grid.count()) * sizeof(float));
   if (!fits) return fits.error();
-  return std::unique_ptr<FrameSource>(
-      std::make_unique<DicomFrames>(inputs.front(), std::move(slices), std::move(*layout)));
+  notes.insert(notes.end(), (*layout)->notes.begin(), (*layout)->notes.end());
+  return std::unique_ptr<FrameSource>(std::make_unique<DicomFrames>(
+      name, std::move(slices), std::move(**layout), std::move(notes)));
 }
 
 }  // namespace palpate::files

@@ -32,16 +32,6 @@ void silence_once() {
   (void)done;
 }
 
-/// How a pixel lies in memory. `stored` of `allocated` bits count, the lowest ones; what lies above
-/// them may be anything.
-struct PixelLayout {
-  int allocated = 0;
-  int stored = 0;
-  bool is_signed = false;
-  bool big_endian = false;
-  bool swapped_bytes = false;  ///< bytes lie in big-endian words of 16 bits
-};
-
 template <class T>
 T swapped(T value) {
   char raw[sizeof(T)];
@@ -66,7 +56,7 @@ std::optional<PackedPicture> fitting_picture(std::string_view picture, const Dic
   const auto two = [&](size_t at) { return byte(at) << 8 | byte(at + 1); };
   const auto four = [&](size_t at) { return two(at) << 16 | two(at + 2); };
   const auto agrees = [&](unsigned columns, unsigned rows, unsigned bits, unsigned components) {
-    return columns == unsigned(slice.size.x) && rows == unsigned(slice.size.y) && bits >= 1 &&
+    return columns == unsigned(slice.picture_size.x) && rows == unsigned(slice.picture_size.y) && bits >= 1 &&
            bits <= unsigned(allocated_bits) && components == 1;
   };
   // JPEG 2000 starts with its size: the far corner, the near one, tiles, and each component.
@@ -178,7 +168,7 @@ bool unpack_run_lengths(std::string_view packed, size_t n, size_t width,
 bool unpack(const std::string& packed, const std::string& syntax, const DicomSlice& slice,
             PixelLayout& layout, std::vector<char>& pixels) {
   if (syntax == kRunLengths) {
-    return unpack_run_lengths(packed, size_t(slice.size.x) * size_t(slice.size.y),
+    return unpack_run_lengths(packed, size_t(slice.picture_size.x) * size_t(slice.picture_size.y),
                               size_t(layout.allocated / 8), pixels);
   }
   const auto picture = fitting_picture(packed, slice, layout.allocated);
@@ -187,8 +177,8 @@ bool unpack(const std::string& packed, const std::string& syntax, const DicomSli
   try {
     gdcm::Pixmap pixmap;
     pixmap.SetNumberOfDimensions(2);
-    pixmap.SetDimension(0, unsigned(slice.size.x));
-    pixmap.SetDimension(1, unsigned(slice.size.y));
+    pixmap.SetDimension(0, unsigned(slice.picture_size.x));
+    pixmap.SetDimension(1, unsigned(slice.picture_size.y));
     pixmap.SetPixelFormat(gdcm::PixelFormat(1, uint16_t(layout.allocated), uint16_t(layout.stored),
                                             uint16_t(layout.stored - 1),
                                             uint16_t(layout.is_signed)));
@@ -208,7 +198,7 @@ bool unpack(const std::string& packed, const std::string& syntax, const DicomSli
     const gdcm::PixelFormat& format = pixmap.GetPixelFormat();
     if (format.GetSamplesPerPixel() != 1) return false;
     layout = {int(format.GetBitsAllocated()), int(format.GetBitsStored()),
-              format.GetPixelRepresentation() == 1, false, false};
+              format.GetPixelRepresentation() == 1, false, false, false};
     // After lossy compression a value may exceed the largest one that the file stores. Where the
     // picture has bits for it, cutting them off would make the brightest pixels the darkest.
     if (is_lossy(syntax) && picture->is_signed == layout.is_signed)
@@ -237,8 +227,21 @@ void decode(std::string_view pixels, size_t first, size_t n, const PixelLayout& 
   }
 }
 
+/// `n` floating-point pixels from number `first` on.
+template <class T>
+void decode_real(std::string_view pixels, size_t first, size_t n, const PixelLayout& layout,
+                 const DicomSlice& slice, float* values) {
+  for (size_t i = 0; i < n; ++i) {
+    T raw;
+    std::memcpy(&raw, pixels.data() + (first + i) * sizeof(T), sizeof(T));
+    if (layout.big_endian) raw = swapped(raw);
+    values[i] = float(slice.slope * double(raw) + slice.intercept);
+  }
+}
+
 bool is_readable(const PixelLayout& layout) {
   const int bits = layout.allocated;
+  if (layout.is_real) return bits == 32 || bits == 64;
   return (bits == 8 || bits == 16 || bits == 32) && layout.stored >= 1 && layout.stored <= bits;
 }
 
@@ -249,6 +252,7 @@ Result<PixelLayout> layout_of(const DicomElements& elements, const std::filesyst
   layout.stored = elements.whole(tags::kBitsStored).value_or(layout.allocated);
   layout.is_signed = elements.whole(tags::kPixelRepresentation).value_or(0) == 1;
   layout.big_endian = elements.big_endian;
+  layout.is_real = elements.has_real_pixels;
   layout.swapped_bytes = elements.big_endian && elements.has_word_pixels && layout.allocated == 8;
   if (is_readable(layout)) return layout;
   return bad_input(file, "has pixels of {} bits, which palpate does not read: export them with 16",
@@ -269,7 +273,7 @@ Error cut_short(const std::filesystem::path& file) {
 Status check_pixels(const DicomElements& elements, const DicomSlice& slice) {
   const auto layout = layout_of(elements, slice.file);
   if (!layout) return layout.error();
-  const double bytes = double(slice.size.x) * double(slice.size.y) * layout->allocated / 8.0 *
+  const double bytes = double(slice.picture_size.x) * double(slice.picture_size.y) * layout->allocated / 8.0 *
                        double(slice.frames_in_file);
   if (!elements.is_packed) {
     if (double(elements.pixels.size()) < bytes) return cut_short(slice.file);
@@ -290,6 +294,7 @@ Status check_pixels(const DicomElements& elements, const DicomSlice& slice) {
 Status DicomPixels::open(const std::filesystem::path& path) {
   if (path == path_) return Nothing{};
   path_.clear();
+  unpacked_frame_.reset();
   auto file = MappedFile::open(path);
   if (!file) return file.error();
   auto elements = parse_dicom(path, file->bytes());
@@ -304,24 +309,41 @@ Status DicomPixels::read(const DicomSlice& slice, float* values) {
   if (const Status opened = open(slice.file); !opened) return opened;
   auto layout = layout_of(elements_, slice.file);
   if (!layout) return layout.error();
-  const size_t n = size_t(slice.size.x) * size_t(slice.size.y);
+  const glm::ivec2 picture = slice.picture_size;
+  const size_t n = size_t(picture.x) * size_t(picture.y);
   size_t first = n * slice.frame;
   std::string_view pixels = elements_.pixels;
-  std::vector<char> unpacked;
   if (elements_.is_packed) {
-    const std::string packed = packed_frame(elements_.fragments, slice.frame, slice.frames_in_file);
-    if (!unpack(packed, elements_.syntax, slice, *layout, unpacked) || !is_readable(*layout))
-      return damaged(slice.file);
+    if (unpacked_frame_ != slice.frame) {
+      unpacked_frame_.reset();
+      const std::string packed =
+          packed_frame(elements_.fragments, slice.frame, slice.frames_in_file);
+      if (!unpack(packed, elements_.syntax, slice, *layout, unpacked_) || !is_readable(*layout))
+        return damaged(slice.file);
+      unpacked_layout_ = *layout;
+      unpacked_frame_ = slice.frame;
+    }
+    layout = unpacked_layout_;
     first = 0;
-    pixels = {unpacked.data(), unpacked.size()};
+    pixels = {unpacked_.data(), unpacked_.size()};
   }
   const size_t width = size_t(layout->allocated / 8);
   // Bytes in words come in pairs.
   const size_t end = (first + n) * width + (layout->swapped_bytes ? (first + n) % 2 : 0);
   if (pixels.size() < end) return cut_short(slice.file);
-  if (width == 1) decode<uint8_t>(pixels, first, n, *layout, slice, values);
-  if (width == 2) decode<uint16_t>(pixels, first, n, *layout, slice, values);
-  if (width == 4) decode<uint32_t>(pixels, first, n, *layout, slice, values);
+  // Row by row: the slice of a mosaic is a part of the picture.
+  const size_t columns = size_t(slice.size.x);
+  for (int row = 0; row < slice.size.y; ++row) {
+    const size_t at = first + size_t(slice.first_pixel.y + row) * size_t(picture.x) +
+                      size_t(slice.first_pixel.x);
+    float* const to = values + size_t(row) * columns;
+    if (layout->is_real && width == 4) decode_real<float>(pixels, at, columns, *layout, slice, to);
+    if (layout->is_real && width == 8) decode_real<double>(pixels, at, columns, *layout, slice, to);
+    if (layout->is_real) continue;
+    if (width == 1) decode<uint8_t>(pixels, at, columns, *layout, slice, to);
+    if (width == 2) decode<uint16_t>(pixels, at, columns, *layout, slice, to);
+    if (width == 4) decode<uint32_t>(pixels, at, columns, *layout, slice, to);
+  }
   return Nothing{};
 }
 

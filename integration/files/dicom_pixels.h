@@ -2,12 +2,24 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "integration/files/dicom_elements.h"
 #include "integration/files/dicom_layout.h"
 #include "integration/files/mapped_file.h"
 
 namespace palpate::files {
+
+/// How a pixel lies in memory. `stored` of `allocated` bits count, the lowest ones; what lies above
+/// them may be anything.
+struct PixelLayout {
+  int allocated = 0;
+  int stored = 0;
+  bool is_signed = false;
+  bool big_endian = false;
+  bool swapped_bytes = false;  ///< bytes lie in big-endian words of 16 bits
+  bool is_real = false;        ///< floating-point numbers of 32 or 64 bits
+};
 
 /// Compares what a slice's file claims with the pixels that are there, before anything of that size
 /// is allocated; unpacks nothing.
@@ -29,6 +41,9 @@ class DicomPixels {
   std::filesystem::path path_;
   std::optional<MappedFile> file_;
   DicomElements elements_;
+  std::vector<char> unpacked_;  ///< the last packed picture: a mosaic is unpacked once
+  std::optional<size_t> unpacked_frame_;
+  PixelLayout unpacked_layout_;
 };
 
 }  // namespace palpate::files

@@ -25,6 +25,7 @@ class FrameSource {
   size_t frame_count = 0;
   std::vector<double> times_s;
   bool times_known = false;
+  std::string ordered_by;          ///< what gives the order of the frames; empty: the file itself
   std::vector<std::string> notes;  ///< what a person should know of the files, a sentence each
 };
 

@@ -60,6 +60,7 @@ Result<Frames> open_sequence(const std::vector<fs::path>& inputs) {
   frames.grid = reader->grid();
   frames.count = reader->frame_count();
   if (reader->times_known()) frames.times_s = reader->times_s();
+  frames.ordered_by = reader->ordered_by();
   frames.notes = reader->notes();
   frames.read = [reader](size_t k) { return reader->frame(k); };
   return frames;

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "integration/files/byte_source.h"
+#include "integration/files/dicom_elements.h"
 #include "integration/files/meta_header.h"
 #include "integration/files/nifti_header.h"
 #include "integration/files/nrrd_header.h"
@@ -35,12 +36,7 @@ namespace {
 /// Slicer writes attributes of every frame into the header; even those stay far below this.
 constexpr size_t kMaxHeaderBytes = 16 * 1024 * 1024;
 constexpr size_t kFirstHeaderBytes = 64 * 1024;
-constexpr size_t kDicomMagicAt = 128;
 constexpr std::string_view kGzip = "\x1f\x8b";
-
-bool is_dicom(std::string_view bytes) {
-  return bytes.size() >= kDicomMagicAt + 4 && bytes.substr(kDicomMagicAt, 4) == "DICM";
-}
 
 bool is_nrrd(std::string_view bytes) {
   return bytes.starts_with("NRRD000");
@@ -140,7 +136,7 @@ struct FoundFormat {
 Result<FoundFormat> found_in(const std::filesystem::path& file) {
   const auto bytes = start_of_file(file, 4096);
   if (!bytes) return bytes.error();
-  if (is_dicom(*bytes)) return FoundFormat{true, nullptr};
+  if (start_of_dicom(*bytes)) return FoundFormat{true, nullptr};
   for (const RasterFormat& format : formats()) {
     if (format.is_start(*bytes)) return FoundFormat{false, &format};
   }

@@ -16,6 +16,7 @@ namespace fs = std::filesystem;
 using Source = Result<std::unique_ptr<FrameSource>>;
 
 Source open_file(const fs::path& file) {
+  if (file.filename() == "DICOMDIR") return open_dicom({file});
   const auto kind = sniff(file);
   if (!kind) return kind.error();
   if (*kind == FileKind::kDicom) {
@@ -31,6 +32,7 @@ Source open_file(const fs::path& file) {
 
 Source open_one(const fs::path& input) {
   std::error_code error;
+  if (const auto named = split_series(input)) return open_dicom({named->folder}, named->series);
   if (!fs::is_directory(input, error)) return open_file(input);
   const auto images = images_in(input);
   if (images.empty()) return open_dicom({input});
@@ -73,6 +75,18 @@ Result<SequenceReader> SequenceReader::open(const std::vector<fs::path>& inputs)
   return SequenceReader(inputs.front().string(), std::move(*source));
 }
 
+std::optional<NamedSeries> split_series(const fs::path& input) {
+  std::error_code error;
+  const std::string text = input.string();
+  if (fs::exists(input, error)) return std::nullopt;
+  for (size_t at = text.rfind('#'); at != std::string::npos && at > 0;
+       at = text.rfind('#', at - 1)) {
+    if (fs::exists(text.substr(0, at), error))
+      return NamedSeries{text.substr(0, at), text.substr(at + 1)};
+  }
+  return std::nullopt;
+}
+
 size_t SequenceReader::frame_count() const {
   return source_->frame_count;
 }
@@ -84,6 +98,9 @@ const std::vector<double>& SequenceReader::times_s() const {
 }
 bool SequenceReader::times_known() const {
   return source_->times_known;
+}
+const std::string& SequenceReader::ordered_by() const {
+  return source_->ordered_by;
 }
 const std::vector<std::string>& SequenceReader::notes() const {
   return source_->notes;

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,8 @@ class FrameSource;
 /// Inputs are one of: a file with several frames (NRRD, 3D Slicer .seq.nrrd with the list axis
 /// anywhere, MetaImage, NIfTI); a folder of 3D files, in natural order of their names; a folder
 /// (with folders below) of DICOM slices of a 4D series or of one series per phase; a list of 3D
-/// files; a list of DICOM folders, one frame each.
+/// files; a list of DICOM folders, one frame each. Among several DICOM images in a folder
+/// "FOLDER#SERIES" chooses, see split_series().
 class SequenceReader {
  public:
   /// Reads headers only; all frames are known to have one grid when it returns. A single frame is
@@ -36,6 +38,8 @@ class SequenceReader {
   const Grid& grid() const;                          ///< of every frame
   const std::vector<double>& times_s() const;  ///< one per frame, rising; 0, 1, 2, ... if not known
   bool times_known() const;
+  /// What gives the order of DICOM frames: "trigger time (0018,1060)"; empty where the file does.
+  const std::string& ordered_by() const;
   /// Notes for people that do not stop the work, a sentence each: a header that contradicts itself,
   /// and which of its claims is used.
   const std::vector<std::string>& notes() const;
@@ -50,6 +54,15 @@ class SequenceReader {
   std::string name_;
   std::unique_ptr<FrameSource> source_;
 };
+
+/// "FOLDER#SERIES": a folder and the number or name of one of its series (choose_image() in
+/// dicom_series.h), in any place where an input is named. Nothing if a file has that name or no
+/// folder has.
+struct NamedSeries {
+  std::filesystem::path folder;
+  std::string series;
+};
+std::optional<NamedSeries> split_series(const std::filesystem::path& input);
 
 /// All frames at once. Errors as SequenceReader's, kBadInput if there are fewer than two frames,
 /// kOutOfMemory if they do not fit together (checked before anything is read). Any thread.
