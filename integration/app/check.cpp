@@ -7,6 +7,7 @@
 #include "integration/app/exit_code.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
+#include "integration/app/series_option.h"
 #include "integration/app/summary.h"
 #include "integration/files/frames.h"
 #include "integration/files/landmarks.h"
@@ -361,6 +362,7 @@ Command add_check(CLI::App& program) {
   app->add_option("--sequence", command->sequence,
                   "The frames, as in 'palpate motion': what is left of the motion in each")
       ->type_name("PATH");
+  add_series_option(*app, command->sequence);
   app->add_flag("--cyclic", command->cyclic,
                 "The last frame of reference_to_* leads back to the first");
   app->add_option("--fixed", command->fixed, "The fixed frame")->type_name("FILE");

@@ -1,6 +1,7 @@
 #include "integration/app/commands.h"
 #include "integration/app/feel_run.h"
 #include "integration/app/option_checks.h"
+#include "integration/app/series_option.h"
 #include "integration/files/scene_file.h"
 #include "module/scene/look.h"
 
@@ -252,6 +253,7 @@ Command add_feel(CLI::App& program) {
                   "igtl://HOST:PORT: live images from an OpenIGTLink server")
       ->type_name("PATH")
       ->required();
+  add_series_option(*app, command->inputs);
   add_device(*app, *command);
   add_tool(*app, *command);
   add_loop(*app, *command);

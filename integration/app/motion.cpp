@@ -13,6 +13,7 @@
 #include "integration/app/option_checks.h"
 #include "integration/app/overwrite.h"
 #include "integration/app/sequence_output.h"
+#include "integration/app/series_option.h"
 #include "integration/app/summary.h"
 #include "integration/files/atomic_file.h"
 #include "integration/files/frame_times.h"
@@ -450,6 +451,7 @@ Command add_motion(CLI::App& program) {
                   "Two volumes; or a 4D file, a folder (DICOM or 3D files), or a list of 3D files")
       ->type_name("PATH")
       ->required();
+  add_series_option(*app, command->inputs);
   app->add_option("-o,--output", command->output,
                   "Pair: the field, .mha, .nrrd, .nii or .nii.gz. Sequence: a folder")
       ->type_name("PATH")

@@ -11,6 +11,7 @@
 
 #include "integration/files/atomic_file.h"
 #include "integration/files/frames.h"
+#include "integration/files/read_sequence.h"
 #include "integration/files/sentences.h"
 #include "integration/x3d/x3d_file.h"
 
@@ -167,7 +168,10 @@ Status check_are_files(const std::vector<fs::path>& inputs) {
 
 Status check_overwrites(const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
   InputFiles read;
-  for (const fs::path& input : inputs) read.add(input);
+  for (const fs::path& input : inputs) {
+    const auto series = files::split_series(input);
+    read.add(series ? series->folder : input);
+  }
   std::set<fs::path> written;
   for (const fs::path& output : outputs) {
     if (output.empty()) continue;

@@ -5,6 +5,7 @@
 #include "integration/app/feel_run.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
+#include "integration/app/series_option.h"
 #include "integration/scenes/load_scene.h"
 #include "module/haptics/scene.h"
 
@@ -37,6 +38,7 @@ Command add_plan(CLI::App& program) {
   app->add_option("input", *inputs, "heart, shell, molecule, a scene file, or a sequence")
       ->type_name("PATH")
       ->required();
+  add_series_option(*app, *inputs);
   app->add_option("--fields", choices->fields,
                   "What 'palpate motion' wrote: its folder or its sequence_motion.nrrd")
       ->type_name("PATH")

@@ -2,6 +2,7 @@
 #include "integration/app/feel_run.h"
 #include "integration/app/gpu.h"
 #include "integration/app/option_checks.h"
+#include "integration/app/series_option.h"
 #include "integration/files/number_range.h"
 
 namespace palpate::app {
@@ -21,6 +22,7 @@ Command add_serve(CLI::App& program) {
                   "igtl://HOST:PORT: live images from an OpenIGTLink server")
       ->type_name("PATH")
       ->required();
+  add_series_option(*app, command->inputs);
   app->add_option("--port", command->serve_port, "Where clients connect")
       ->type_name("PORT")
       ->check(whole_number_in(1, 65535))

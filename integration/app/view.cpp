@@ -10,6 +10,7 @@
 #include "integration/app/option_checks.h"
 #include "integration/app/outputs.h"
 #include "integration/app/picture_file.h"
+#include "integration/app/series_option.h"
 #include "integration/files/number_range.h"
 #include "integration/sessions/live_source.h"
 #include "module/scene/drive.h"
@@ -138,6 +139,7 @@ Command add_view(CLI::App& program) {
                   "field, several volumes of one space, or igtl://HOST:PORT: live images")
       ->type_name("PATH")
       ->required();
+  add_series_option(*app, command->inputs);
   app->add_option("--picture", command->picture, "Write a picture (PNG); needs no display")
       ->type_name("FILE");
   app->add_option("--frame", *frame, "Which frame --picture shows, from 0 on; 1.5: in between")

@@ -44,16 +44,26 @@ struct Syntax {
 /// these are parsed if their length is known.
 bool is_known_sequence(uint32_t tag) {
   using namespace tags;
-  constexpr uint32_t kKnown[] = {kSharedGroups,          kFrameGroups,
-                                 kPixelMeasures,         kPlanePosition,
-                                 kPlaneOrientation,      kPixelValueTransformation,
-                                 kFrameContent,          kCardiacSynchronization,
-                                 kTemporalPositionGroup, kRespiratorySynchronization,
-                                 kVolumePosition,        kVolumeOrientation,
-                                 kMrFrameType,           kCtFrameType,
-                                 kMrEcho,                kMrModifier,
-                                 kMrTiming,              kMrDiffusion,
-                                 kMrVelocity,            kUsImage};
+  constexpr uint32_t kKnown[] = {kSharedGroups,
+                                 kFrameGroups,
+                                 kPixelMeasures,
+                                 kPlanePosition,
+                                 kPlaneOrientation,
+                                 kPixelValueTransformation,
+                                 kFrameContent,
+                                 kCardiacSynchronization,
+                                 kTemporalPositionGroup,
+                                 kRespiratorySynchronization,
+                                 kVolumePosition,
+                                 kVolumeOrientation,
+                                 kMrFrameType,
+                                 kCtFrameType,
+                                 kMrEcho,
+                                 kMrModifier,
+                                 kMrTiming,
+                                 kMrDiffusion,
+                                 kMrVelocity,
+                                 kUsImage};
   return std::find(std::begin(kKnown), std::end(kKnown), tag) != std::end(kKnown);
 }
 

@@ -51,6 +51,15 @@ class DicomFrames : public FrameSource {
 
 }  // namespace
 
+Result<std::vector<DicomEntry>> list_dicom(const std::filesystem::path& folder) {
+  const auto scan = scan_dicom(folder);
+  if (!scan) return scan.error();
+  std::vector<DicomEntry> entries;
+  for (const DicomImage& image : images_of(folder, scan->slices))
+    entries.push_back({image.label, describe(image)});
+  return entries;
+}
+
 Result<std::unique_ptr<FrameSource>> open_dicom(const std::vector<std::filesystem::path>& inputs,
                                                 const std::string& series) {
   const std::filesystem::path& name = inputs.front();

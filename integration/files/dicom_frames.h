@@ -11,4 +11,13 @@ namespace palpate::files {
 Result<std::unique_ptr<FrameSource>> open_dicom(const std::vector<std::filesystem::path>& inputs,
                                                 const std::string& series = {});
 
+/// An image of a folder, for a list to choose from.
+struct DicomEntry {
+  std::string label;  ///< "4 'cine SAX'": what `series` of open_dicom() may be
+  std::string what;   ///< "12 frames of 256 x 256 x 10", or why it can not be read
+};
+
+/// All images of a folder of DICOM files, by their numbers. kBadInput as open_dicom()'s scan.
+Result<std::vector<DicomEntry>> list_dicom(const std::filesystem::path& folder);
+
 }  // namespace palpate::files

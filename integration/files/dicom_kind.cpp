@@ -121,8 +121,7 @@ std::vector<std::string> siemens_values(std::string_view header, std::string_vie
 FrameTags::FrameTags(const DicomElements& file, size_t frame) : file_(file) {
   const auto groups_of = [&](uint32_t tag, size_t n) -> const DicomElements* {
     const auto found = file.sequences.find(tag);
-    return found == file.sequences.end() || n >= found->second.size() ? nullptr
-                                                                      : &found->second[n];
+    return found == file.sequences.end() || n >= found->second.size() ? nullptr : &found->second[n];
   };
   groups_ = {groups_of(tags::kFrameGroups, frame), groups_of(tags::kSharedGroups, 0)};
 }
@@ -212,24 +211,25 @@ std::array<std::string, kKindTags> kind_of(const FrameTags& frame) {
   set(KindTag::kDiffusion, frame.with(tags::kMrDiffusion, tags::kDiffusionDirectionality)
                                .text(tags::kDiffusionDirectionality));
   std::string velocity;
-  for (const double along : frame.with(tags::kMrVelocity, tags::kVelocityDirection)
-                                .reals(tags::kVelocityDirection, 3))
+  for (const double along :
+       frame.with(tags::kMrVelocity, tags::kVelocityDirection).reals(tags::kVelocityDirection, 3))
     velocity += (velocity.empty() ? "" : " ") + fmt::format("{:.2g}", along);
-  set(KindTag::kVelocity, first_of(velocity, private_text(file, tags::kSiemensVelocity, "siemens")));
+  set(KindTag::kVelocity,
+      first_of(velocity, private_text(file, tags::kSiemensVelocity, "siemens")));
   set(KindTag::kSequenceName,
       first_of(file.text(tags::kSequenceName), file.text(tags::kPulseSequence)));
   set(KindTag::kScanningSequence, file.text(tags::kScanningSequence));
-  set(KindTag::kContrast,
-      first_of(file.text(tags::kContrastAgent), frame.with(tags::kMrFrameType,
-                                                           tags::kAcquisitionContrast)
-                                                    .text(tags::kAcquisitionContrast)));
+  set(KindTag::kContrast, first_of(file.text(tags::kContrastAgent),
+                                   frame.with(tags::kMrFrameType, tags::kAcquisitionContrast)
+                                       .text(tags::kAcquisitionContrast)));
   set(KindTag::kCoil,
       first_of(private_text(file, tags::kSiemensCoil, "siemens"), file.text(tags::kCoil)));
   set(KindTag::kLabel, private_text(file, tags::kPhilipsLabel, "philips"));
   set(KindTag::kVoltage, rounded(file.number(tags::kKilovolts)));
   set(KindTag::kKernel, file.text(tags::kKernel));
-  set(KindTag::kThickness, rounded(frame.with(tags::kPixelMeasures, tags::kSliceThickness)
-                                       .number(tags::kSliceThickness)));
+  set(KindTag::kThickness,
+      rounded(
+          frame.with(tags::kPixelMeasures, tags::kSliceThickness).number(tags::kSliceThickness)));
   set(KindTag::kUnits, file.text(tags::kUnits));
   set(KindTag::kCorrections, file.text(tags::kCorrectedImage) + file.text(tags::kAttenuation) +
                                  file.text(tags::kReconstruction));
@@ -277,8 +277,8 @@ Mosaic mosaic_of(const DicomElements& file) {
   // A binary number, or text where a program rewrote the element.
   if (mosaic.tiles == 0) {
     const auto as_text = file.number(tags::kMosaicTiles);
-    mosaic.tiles = as_text ? int(std::clamp(*as_text, 0.0, 1e4))
-                           : file.whole(tags::kMosaicTiles).value_or(0);
+    mosaic.tiles =
+        as_text ? int(std::clamp(*as_text, 0.0, 1e4)) : file.whole(tags::kMosaicTiles).value_or(0);
   }
   const auto normal = siemens_values(header, "SliceNormalVector");
   for (int axis = 0; axis < 3 && size_t(axis) < normal.size(); ++axis)

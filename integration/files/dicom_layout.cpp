@@ -22,6 +22,9 @@ namespace {
 constexpr double kSamePlaceShare = 0.02;
 constexpr double kSamePlaceMm = 1e-3;
 
+/// A slice is hardly thicker than this many pixels, whatever its file says.
+constexpr double kThickInPixels = 4.0;
+
 /// Gaps that differ by more than this share of the spacing are uneven: far above rounding, far
 /// below a lost slice. Rounded texts are allowed one unit of their last decimal instead, but never
 /// more than a quarter of the spacing: a lost slice differs by all of it.
@@ -114,10 +117,10 @@ Status check_straight(const Path& name, const Slices& slices, const std::vector<
   const glm::dvec3 step = beside(slices[places.back().front()], first) / last;
   double off_line = 0.0;
   for (size_t p = 0; p < places.size(); ++p) {
-    off_line = std::max(
-        off_line, glm::length(beside(slices[places[p].front()], first) - step * double(p)));
+    off_line = std::max(off_line,
+                        glm::length(beside(slices[places[p].front()], first) - step * double(p)));
   }
-  if (off_line <= most && glm::length(step) * last > most) {
+  if (off_line <= 0.1 * std::min(first.spacing_mm.x, first.spacing_mm.y)) {
     return bad_input(name,
                      "has slices that are shifted sideways by {:.3g} mm (a tilted gantry): "
                      "resample the scan to a straight grid",
@@ -232,8 +235,8 @@ bool is_reversed(const std::vector<Group>& a, const std::vector<Group>& b) {
 /// True if b is a from another frame on: the same cycle, begun elsewhere.
 bool is_rotated(const std::vector<Group>& a, const std::vector<Group>& b) {
   const size_t count = a.front().size();
-  const size_t begin = size_t(
-      std::find(b.front().begin(), b.front().end(), a.front().front()) - b.front().begin());
+  const size_t begin =
+      size_t(std::find(b.front().begin(), b.front().end(), a.front().front()) - b.front().begin());
   for (size_t p = 0; p < a.size(); ++p) {
     for (size_t k = 0; k < count; ++k) {
       if (a[p][k] != b[p][(begin + k) % count]) return false;
@@ -264,12 +267,10 @@ Status check_shared(const Path& name, const KeyOrder& order, const Slices& slice
     const Group& place = order.places[p];
     for (size_t k = 0; k < place.size(); ++k) {
       if (value(place[k]) == value(first[k])) continue;
-      const bool elsewhere = std::any_of(place.begin(), place.end(), [&](size_t s) {
-        return value(s) == value(first[k]);
-      });
-      const bool other = std::any_of(first.begin(), first.end(), [&](size_t s) {
-        return value(s) == value(place[k]);
-      });
+      const bool elsewhere = std::any_of(place.begin(), place.end(),
+                                         [&](size_t s) { return value(s) == value(first[k]); });
+      const bool other = std::any_of(first.begin(), first.end(),
+                                     [&](size_t s) { return value(s) == value(place[k]); });
       if (!elsewhere && !other) continue;
       return bad_input(name,
                        "has an image of slice {} with the {} {:g}, but none of slice {}: every "
@@ -389,8 +390,7 @@ Result<KeyOrder> choose_order(const Path& name, const Slices& slices,
   const auto some = std::find_if(orders.begin(), orders.end(), [](const KeyOrder& order) {
     return order.tells == Tells::kSome && order.key->kind == Kind::kMeaning;
   });
-  if (some != orders.end() &&
-      (winner == orders.end() || winner->key->kind > Kind::kMeaning)) {
+  if (some != orders.end() && (winner == orders.end() || winner->key->kind > Kind::kMeaning)) {
     return bad_input(name,
                      "holds {} images of each slice, and their {} tells only some of them apart: "
                      "there are several of one phase; {}",
@@ -417,9 +417,10 @@ Result<KeyOrder> choose_order(const Path& name, const Slices& slices,
     } else if (mine == Kind::kMeaning && its == Kind::kMeaning) {
       if (!is_rotated(winner->places, other.places))
         return disagreement(name, *winner->key, *other.key);
-      notes.push_back(fmt::format("The frames begin as their {} does; by their {} the cycle begins "
-                                  "with another frame.",
-                                  winner->key->name, other.key->name));
+      notes.push_back(
+          fmt::format("The frames begin as their {} does; by their {} the cycle begins "
+                      "with another frame.",
+                      winner->key->name, other.key->name));
     } else if (mine == Kind::kHabit && its == Kind::kHabit) {
       return disagreement(name, *winner->key, *other.key);
     } else if (mine >= Kind::kHabit && &*other.key == &keys.back()) {
@@ -553,13 +554,17 @@ std::vector<Group> places_of(const Slices& slices, Group group) {
   const auto height = [&](size_t s) { return height_of(first, slices[s]); };
   std::stable_sort(group.begin(), group.end(),
                    [&](size_t a, size_t b) { return height(a) < height(b); });
-  // The usual gap between places, among many small ones between frames of a place.
+  // The usual gap between places; gaps between frames of one place are far smaller than a slice.
+  const double least =
+      std::max(kSamePlaceMm,
+               kSamePlaceShare * std::min(first.thickness_mm, kThickInPixels * first.spacing_mm.x));
   std::vector<double> gaps;
-  for (size_t n = 1; n < group.size(); ++n) gaps.push_back(height(group[n]) - height(group[n - 1]));
-  const double largest = gaps.empty() ? 0.0 : *std::max_element(gaps.begin(), gaps.end());
-  std::erase_if(gaps, [&](double gap) { return gap < 0.1 * largest; });
-  double same = largest + 1.0;
-  if (largest > std::max(kSamePlaceMm, kSamePlaceShare * first.thickness_mm)) {
+  for (size_t n = 1; n < group.size(); ++n) {
+    const double gap = height(group[n]) - height(group[n - 1]);
+    if (gap > least) gaps.push_back(gap);
+  }
+  double same = least;
+  if (!gaps.empty()) {
     std::nth_element(gaps.begin(), gaps.begin() + gaps.size() / 2, gaps.end());
     const double usual = gaps[gaps.size() / 2];
     same = std::min(std::max({kSamePlaceShare * usual, rounding_mm(slices, group), kSamePlaceMm}),

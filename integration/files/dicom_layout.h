@@ -58,14 +58,14 @@ struct DicomSlice {
   double series_number = 0.0;      ///< (0020,0011)
   std::string series_description;  ///< (0008,103E); "Gated 30%" names a phase
   std::array<std::string, kKindTags> kind;
-  glm::ivec2 size{0};              ///< columns, rows
-  glm::ivec2 picture_size{0};      ///< of the stored picture: larger than size in a mosaic
-  glm::ivec2 first_pixel{0};       ///< column, row of the slice in it
-  glm::dvec2 spacing_mm{1.0};      ///< between columns, between rows
-  double thickness_mm = 1.0;       ///< used only where there is a single slice
-  glm::dvec3 position_mm{0.0};     ///< (0020,0032)
-  double position_unit_mm = 0.0;   ///< one unit of the last decimal of its text
-  glm::dvec3 along_row{1, 0, 0};   ///< (0020,0037)
+  glm::ivec2 size{0};             ///< columns, rows
+  glm::ivec2 picture_size{0};     ///< of the stored picture: larger than size in a mosaic
+  glm::ivec2 first_pixel{0};      ///< column, row of the slice in it
+  glm::dvec2 spacing_mm{1.0};     ///< between columns, between rows
+  double thickness_mm = 1.0;      ///< used only where there is a single slice
+  glm::dvec3 position_mm{0.0};    ///< (0020,0032)
+  double position_unit_mm = 0.0;  ///< one unit of the last decimal of its text
+  glm::dvec3 along_row{1, 0, 0};  ///< (0020,0037)
   glm::dvec3 along_column{0, 1, 0};
   double slope = 1.0;  ///< value = slope * stored + intercept
   double intercept = 0.0;
@@ -93,8 +93,8 @@ struct DicomLayout {
   std::vector<std::string> notes;  ///< what a person should know of the order, a sentence each
 };
 
-/// In what two slices differ that can not be of one image ("size", "pixel spacing", "direction"), or
-/// null.
+/// In what two slices differ that can not be of one image ("size", "pixel spacing", "direction"),
+/// or null.
 const char* shape_difference(const DicomSlice& a, const DicomSlice& b);
 
 /// Places along the normal of the first slice of `group`, in its order; each has the slices that

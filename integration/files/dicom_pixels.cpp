@@ -56,8 +56,8 @@ std::optional<PackedPicture> fitting_picture(std::string_view picture, const Dic
   const auto two = [&](size_t at) { return byte(at) << 8 | byte(at + 1); };
   const auto four = [&](size_t at) { return two(at) << 16 | two(at + 2); };
   const auto agrees = [&](unsigned columns, unsigned rows, unsigned bits, unsigned components) {
-    return columns == unsigned(slice.picture_size.x) && rows == unsigned(slice.picture_size.y) && bits >= 1 &&
-           bits <= unsigned(allocated_bits) && components == 1;
+    return columns == unsigned(slice.picture_size.x) && rows == unsigned(slice.picture_size.y) &&
+           bits >= 1 && bits <= unsigned(allocated_bits) && components == 1;
   };
   // JPEG 2000 starts with its size: the far corner, the near one, tiles, and each component.
   if (picture.starts_with("\xff\x4f\xff\x51")) {
@@ -197,8 +197,12 @@ bool unpack(const std::string& packed, const std::string& syntax, const DicomSli
     // Some decoders correct the pixel format of the file, so this is read last.
     const gdcm::PixelFormat& format = pixmap.GetPixelFormat();
     if (format.GetSamplesPerPixel() != 1) return false;
-    layout = {int(format.GetBitsAllocated()), int(format.GetBitsStored()),
-              format.GetPixelRepresentation() == 1, false, false, false};
+    layout = {int(format.GetBitsAllocated()),
+              int(format.GetBitsStored()),
+              format.GetPixelRepresentation() == 1,
+              false,
+              false,
+              false};
     // After lossy compression a value may exceed the largest one that the file stores. Where the
     // picture has bits for it, cutting them off would make the brightest pixels the darkest.
     if (is_lossy(syntax) && picture->is_signed == layout.is_signed)
@@ -273,8 +277,8 @@ Error cut_short(const std::filesystem::path& file) {
 Status check_pixels(const DicomElements& elements, const DicomSlice& slice) {
   const auto layout = layout_of(elements, slice.file);
   if (!layout) return layout.error();
-  const double bytes = double(slice.picture_size.x) * double(slice.picture_size.y) * layout->allocated / 8.0 *
-                       double(slice.frames_in_file);
+  const double bytes = double(slice.picture_size.x) * double(slice.picture_size.y) *
+                       layout->allocated / 8.0 * double(slice.frames_in_file);
   if (!elements.is_packed) {
     if (double(elements.pixels.size()) < bytes) return cut_short(slice.file);
     return Nothing{};
@@ -334,8 +338,8 @@ Status DicomPixels::read(const DicomSlice& slice, float* values) {
   // Row by row: the slice of a mosaic is a part of the picture.
   const size_t columns = size_t(slice.size.x);
   for (int row = 0; row < slice.size.y; ++row) {
-    const size_t at = first + size_t(slice.first_pixel.y + row) * size_t(picture.x) +
-                      size_t(slice.first_pixel.x);
+    const size_t at =
+        first + size_t(slice.first_pixel.y + row) * size_t(picture.x) + size_t(slice.first_pixel.x);
     float* const to = values + size_t(row) * columns;
     if (layout->is_real && width == 4) decode_real<float>(pixels, at, columns, *layout, slice, to);
     if (layout->is_real && width == 8) decode_real<double>(pixels, at, columns, *layout, slice, to);

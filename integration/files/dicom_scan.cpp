@@ -27,7 +27,7 @@ std::vector<std::string> dicom_files(const std::filesystem::path& input) {
   std::vector<std::string> files;
   std::error_code error;
   const auto consider = [&](const std::filesystem::path& file) {
-    if (file.filename() == "DICOMDIR") return;
+    if (file.filename().string().starts_with("DICOMDIR")) return;
     const auto kind = sniff(file);
     if (kind && *kind == FileKind::kDicom) files.push_back(file.string());
   };
@@ -95,8 +95,7 @@ double unit_of(std::string_view text) {
 bool place(const FrameTags& frame, DicomSlice& slice) {
   auto position = frame.with(tags::kPlanePosition, tags::kPosition).numbers(tags::kPosition, 3);
   // Trailing zeros may have been left out: the most decimals of the three count.
-  const std::string text =
-      frame.with(tags::kPlanePosition, tags::kPosition).text(tags::kPosition);
+  const std::string text = frame.with(tags::kPlanePosition, tags::kPosition).text(tags::kPosition);
   double unit_mm = 1.0;
   for (const std::string_view cell : cells(text, '\\')) unit_mm = std::min(unit_mm, unit_of(cell));
   auto orientation =
@@ -259,8 +258,8 @@ Status add_tiles(const DicomElements& elements, const DicomSlice& picture,
   const double step_mm =
       elements.number(tags::kSpacingBetweenSlices).value_or(picture.thickness_mm);
   const glm::dvec2 beside = 0.5 * glm::dvec2(picture.size - slice.size) * picture.spacing_mm;
-  const glm::dvec3 corner = picture.position_mm + beside.x * picture.along_row +
-                            beside.y * picture.along_column;
+  const glm::dvec3 corner =
+      picture.position_mm + beside.x * picture.along_row + beside.y * picture.along_column;
   for (int tile = 0; tile < mosaic.tiles; ++tile) {
     slice.first_pixel = slice.size * glm::ivec2(tile % across, tile / across);
     slice.position_mm = corner + double(tile) * direction * step_mm * normal;

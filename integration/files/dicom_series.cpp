@@ -107,6 +107,14 @@ std::map<std::string, Group> by_series(const Slices& slices, const Group& group)
   return series;
 }
 
+/// True if the names of series differ in a number.
+bool have_phases(const Slices& slices, const std::map<std::string, Group>& series) {
+  std::set<std::vector<double>> numbers;
+  for (const auto& [uid, group] : series)
+    numbers.insert(phase_name(slices[group.front()].series_description).numbers);
+  return numbers.size() > 1;
+}
+
 /// The images of one kind: all series together, or each alone.
 void add_images(const Path& name, const Slices& slices, const Group& group,
                 const std::string& suffix, const std::string& differs_in,
@@ -123,10 +131,11 @@ void add_images(const Path& name, const Slices& slices, const Group& group,
   }
   const auto places = places_of(slices, group);
   bool is_shared = false;  // a place in several series
-  for (const Group& place : places)
-    is_shared = is_shared || by_series(slices, place).size() > 1;
+  for (const Group& place : places) is_shared = is_shared || by_series(slices, place).size() > 1;
   const bool is_stack = are_single_slices && places.size() > 1;
-  if (series.size() > 1 && !are_frames && is_shared && !is_stack) {
+  // Single pictures of one name are localisers, or the same view taken again.
+  const bool are_pictures = are_frames && places.size() < kStack && !have_phases(slices, series);
+  if (series.size() > 1 && is_shared && (are_pictures || (!are_frames && !is_stack))) {
     for (const auto& [uid, part] : series) add(part, arrange_slices(name, slices, part));
     return;
   }
@@ -219,6 +228,17 @@ std::string choices(const std::vector<const DicomImage*>& images) {
   return text;
 }
 
+/// What chooses the first: the number of its series, if no other has that, or its label.
+std::string shortest_name(const Slices& slices, const std::vector<const DicomImage*>& images) {
+  const auto number = [&](const DicomImage* image) {
+    return slices[image->slices.front()].series_number;
+  };
+  const auto same = std::count_if(images.begin(), images.end(), [&](const DicomImage* image) {
+    return number(image) == number(images.front());
+  });
+  return same == 1 ? fmt::format("{:g}", number(images.front())) : images.front()->label;
+}
+
 /// Leaves those for which `is_better` holds, if there are any.
 template <class IsBetter>
 void prefer(std::vector<const DicomImage*>& pool, IsBetter is_better) {
@@ -261,18 +281,18 @@ Result<DicomLayout> choose_among(const Path& name, const Slices& slices, const G
       return component(image) == Component::kOther;
     });
     if (magnitudes == 1 && size_t(others) + 1 == pool.size())
-      prefer(pool, [&](const DicomImage* image) {
-        return component(image) == Component::kMagnitude;
-      });
+      prefer(pool,
+             [&](const DicomImage* image) { return component(image) == Component::kMagnitude; });
   }
   if (pool.size() > 1) {
     std::set<std::string> reasons;
     for (const DicomImage* image : pool) reasons.insert(image->differs_in);
     const bool is_kind = reasons.size() == 1 && !reasons.begin()->empty();
-    return bad_input(name, "holds {} {}{}: {}; choose one by its number or name", pool.size(),
+    return bad_input(name, "holds {} {}{}: {}; choose one by number or name, as in '{}#{}'",
+                     pool.size(),
                      has_sequence ? "sequences" : "images that are no frames of one sequence",
                      is_kind ? fmt::format(", which differ in {}", *reasons.begin()) : "",
-                     choices(pool));
+                     choices(pool), name.string(), shortest_name(slices, pool));
   }
   DicomLayout layout = *pool.front()->layout;
   std::vector<std::string> left_out;
@@ -282,8 +302,7 @@ Result<DicomLayout> choose_among(const Path& name, const Slices& slices, const G
     const size_t more = left_out.size() - std::min(left_out.size(), kMostNamed);
     left_out.resize(left_out.size() - more);
     layout.notes.push_back(fmt::format("The series {} is read; left out: {}{}.",
-                                       pool.front()->label,
-                                       fmt::join(left_out, "; "),
+                                       pool.front()->label, fmt::join(left_out, "; "),
                                        more > 0 ? fmt::format("; and {} more", more) : ""));
   }
   return layout;
@@ -301,13 +320,11 @@ Group slices_named(const Slices& slices, const std::vector<DicomImage>& images,
         if (is_match(image, slices[s])) found.push_back(s);
     return found;
   };
-  Group found = matching([&](const DicomImage& image, const DicomSlice&) {
-    return lowered(image.label) == text;
-  });
+  Group found = matching(
+      [&](const DicomImage& image, const DicomSlice&) { return lowered(image.label) == text; });
   if (found.empty() && number) {
-    found = matching([&](const DicomImage&, const DicomSlice& slice) {
-      return slice.series_number == *number;
-    });
+    found = matching(
+        [&](const DicomImage&, const DicomSlice& slice) { return slice.series_number == *number; });
   }
   if (found.empty()) {
     found = matching([&](const DicomImage&, const DicomSlice& slice) {
@@ -335,8 +352,7 @@ std::string describe(const DicomImage& image) {
   if (!image.layout) {
     const std::string& message = image.layout.error().message;
     const size_t begin = message.find("' ");
-    return "not readable: it " +
-           (begin == std::string::npos ? message : message.substr(begin + 2));
+    return "not readable: it " + (begin == std::string::npos ? message : message.substr(begin + 2));
   }
   const glm::ivec3 size = image.layout->grid.size;
   const size_t frames = image.layout->frames.size();

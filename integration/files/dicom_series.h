@@ -30,7 +30,7 @@ std::string describe(const DicomImage& image);
 /// slices, magnitude rather than phase. What else the folder holds is said in the notes.
 /// `wanted` chooses by number or name ("4", "cine", "4 'cine SAX', echo time 4.9"; "3,5": both, in
 /// this order); empty: not chosen. kBadInput with the choices if several could be meant.
-Result<DicomLayout> choose_image(const std::filesystem::path& name,
-                                 std::vector<DicomSlice>& slices, const std::string& wanted);
+Result<DicomLayout> choose_image(const std::filesystem::path& name, std::vector<DicomSlice>& slices,
+                                 const std::string& wanted);
 
 }  // namespace palpate::files

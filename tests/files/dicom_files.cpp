@@ -77,7 +77,7 @@ class Encoder {
 
   std::string head(unsigned tag, const std::string& vr, uint32_t length) const {
     if (is_implicit_) return tag_bytes(tag) + number(length);
-    if (vr == "OW" || vr == "OB" || vr == "SQ")
+    if (vr == "OW" || vr == "OB" || vr == "OF" || vr == "SQ")
       return tag_bytes(tag) + vr + std::string(2, '\0') + number(length);
     return tag_bytes(tag) + vr + number(uint16_t(length));
   }

@@ -137,6 +137,7 @@ TEST_F(DicomFolder, IsGroupedByAcquisitionDateTime) {
 TEST_F(DicomFolder, TakesNoTimesFromTheAcquisitionWhereSomethingElseOrdersTheFrames) {
   // Gated: the phases were acquired one after the other, for minutes each.
   write_frames([](DicomFile& file, size_t k) {
+    file.more[0x00181062] = "IS900";  // length of a heart beat, ms
     file.more[kTagTemporalPosition] = "IS" + std::to_string(k + 1);
     file.more[kTagAcquisitionTime] = "TM10" + std::to_string(10 + k) + "00";
   });
@@ -145,7 +146,10 @@ TEST_F(DicomFolder, TakesNoTimesFromTheAcquisitionWhereSomethingElseOrdersTheFra
 
 TEST_F(DicomFolder, IsNotGroupedByTimesThatAreNone) {
   for (const char* time : {"TM", "TM9", "TM250000", "TM106000", "TMnoon", "TM1000-1"}) {
-    write_frames([&](DicomFile& file, size_t) { file.more[kTagAcquisitionTime] = time; });
+    write_frames([&](DicomFile& file, size_t) {
+      file.more[kTagAcquisitionTime] = time;
+      file.instance = 1;
+    });
     EXPECT_THAT(refusal(), HasSubstr("tells them apart")) << time;
     std::filesystem::remove_all(folder_.path());
     std::filesystem::create_directories(folder_.path());
@@ -313,7 +317,7 @@ TEST_F(DicomFolder, RefusesATiltedGantry) {
 }
 
 TEST_F(DicomFolder, SaysWhenNothingTellsFramesApart) {
-  write_frames([](DicomFile&, size_t) {});
+  write_frames([](DicomFile& file, size_t) { file.instance = 1; });
   EXPECT_THAT(refusal(), HasSubstr("tells them apart"));
 }
 

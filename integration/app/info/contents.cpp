@@ -11,6 +11,7 @@
 #include "integration/app/progress.h"
 #include "integration/app/summary.h"
 #include "integration/files/calibration_file.h"
+#include "integration/files/dicom_frames.h"
 #include "integration/files/frame_source.h"
 #include "integration/files/frames.h"
 #include "integration/files/json_object.h"
@@ -293,12 +294,39 @@ Result<Contents> contents_of_sequence_motion(const fs::path& path, const OnShare
   return contents;
 }
 
+/// Several images in a folder of DICOM files, a line each.
+void list_series(const std::vector<files::DicomEntry>& series, Contents& contents) {
+  for (const files::DicomEntry& entry : series)
+    contents.more.emplace_back("Series", entry.label + ": " + entry.what);
+}
+
+/// DICOM images none of which is meant before the others: the list to choose from.
+Contents contents_of_study(const fs::path& folder, const std::vector<files::DicomEntry>& series,
+                           const Error& why) {
+  Contents contents{.path = folder,
+                    .kind = "study",
+                    .what = fmt::format("a folder of {} DICOM images", series.size()),
+                    .format = "DICOM"};
+  contents.use = "choose one with --series NUMBER or NAME";
+  contents.problems.push_back(why.message + ".");
+  list_series(series, contents);
+  return contents;
+}
+
 /// A folder of slices or of 3D files, or a DICOM file, as the reader interprets it.
 Result<Contents> contents_of_frames(const fs::path& input, const std::string& format,
                                     const OnShare& on_share) {
+  const bool is_study = format == "DICOM" && fs::is_directory(input);
+  using Entries = std::vector<files::DicomEntry>;
+  const auto series = is_study ? files::list_dicom(input) : Result<Entries>(Entries());
   auto reader = files::SequenceReader::open({input});
+  if (!reader && series && series->size() > 1)
+    return contents_of_study(input, *series, reader.error());
   if (!reader) return reader.error();
   Contents contents;
+  if (!reader->ordered_by().empty())
+    contents.more.emplace_back("Order", "by " + reader->ordered_by());
+  if (series && series->size() > 1) list_series(*series, contents);
   contents.path = input;
   contents.format = format;
   contents.grid = reader->grid();
@@ -312,7 +340,12 @@ Result<Contents> contents_of_frames(const fs::path& input, const std::string& fo
     on_share(double(k + 1) / double(reader->frame_count()));
   }
   judge_grid(*contents.grid, contents.problems);
-  for (const std::string& note : reader->notes()) contents.problems.push_back(note);
+  for (const std::string& note : reader->notes()) {
+    if (format == "DICOM")
+      contents.more.emplace_back("Note", note);
+    else
+      contents.problems.push_back(note);
+  }
   judge_times(contents.times_s, contents.problems);
   const auto labels = std::count_if(contents.values.begin(), contents.values.end(), are_labels);
   if (labels > 0 && labels < std::ssize(contents.values))
@@ -541,6 +574,8 @@ Result<Contents> contents_of_table(const fs::path& path, const std::string& star
 Result<Contents> contents_of(const fs::path& path, const OnShare& on_share) {
   std::error_code error;
   if (fs::is_directory(path, error)) return contents_of_folder(path, on_share);
+  if (files::split_series(path) || path.filename() == "DICOMDIR")
+    return contents_of_frames(path, "DICOM", on_share);
   const auto kind = files::sniff(path);
   if (!kind) return kind.error();
   if (files::holds_sequence_motion(path)) return contents_of_sequence_motion(path, on_share);

@@ -7,6 +7,7 @@
 #include "integration/app/exit_code.h"
 #include "integration/app/info/contents.h"
 #include "integration/app/progress.h"
+#include "integration/app/series_option.h"
 #include "integration/app/summary.h"
 #include "integration/files/frames.h"
 #include "integration/files/raster.h"
@@ -207,6 +208,7 @@ Command add_info(CLI::App& program) {
                   "Images, folders, fields, scenes, calibrations, recordings, tables of points")
       ->type_name("PATH")
       ->required();
+  add_series_option(*app, command->inputs);
   app->add_flag("--json", command->json, "Print JSON on stdout, lines on stderr");
   return {app, [command] { return run(*command); }, {"input"}, {}, {}};
 }
