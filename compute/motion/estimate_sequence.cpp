@@ -499,6 +499,7 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
     }
   }
   SequenceMotion motion;
+  motion.frames_grid = grid;
   for (const double time_s : times_s) motion.basis.times_s.push_back(time_s - times_s.front());
   if (cyclic) motion.basis.cycle_s = cycle_of(times_s);
   if (cyclic && repeats_first) {

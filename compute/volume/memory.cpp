@@ -35,12 +35,19 @@ std::string bytes_for_people(double bytes) {
   return number_text("%.1f GB", bytes / 1e9);
 }
 
+BytesTexts bytes_to_compare(double first, double second) {
+  BytesTexts texts{bytes_for_people(first), bytes_for_people(second)};
+  if (first != second && texts.first == texts.second)
+    texts = {number_text("%.0f bytes", first), number_text("%.0f bytes", second)};
+  return texts;
+}
+
 Status check_fits_memory(const std::string& what, double bytes) {
   const double available = available_memory_bytes();
   if (available <= 0.0 || bytes <= available) return Nothing{};
+  const auto [needed, there] = bytes_to_compare(bytes, available);
   return Error{ErrorKind::kOutOfMemory,
-               what + " needs " + bytes_for_people(bytes) + " of memory but only " +
-                   bytes_for_people(available) +
+               what + " needs " + needed + " of memory but only " + there +
                    " are free: crop or coarsen the data, or use a larger machine"};
 }
 

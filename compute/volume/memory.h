@@ -9,6 +9,12 @@ namespace palpate {
 /// 37 -> "37 bytes", 5000000 -> "5.0 MB".
 std::string bytes_for_people(double bytes);
 
+/// Two sizes that a sentence compares: exact where they would read the same otherwise.
+struct BytesTexts {
+  std::string first, second;
+};
+BytesTexts bytes_to_compare(double first, double second);
+
 /// kOutOfMemory for an allocation that this machine can not hold now. `what` is the subject of the
 /// sentence. Any thread.
 Status check_fits_memory(const std::string& what, double bytes);

@@ -10,6 +10,7 @@ namespace palpate {
 /// Why an operation failed that depends on the outside world (a file, a device, a driver).
 enum class ErrorKind {
   kBadInput,      ///< The user's data or arguments are wrong: say what to change. Exit code 2.
+  kNotFinite,     ///< kBadInput: samples of an image are NaN or infinite. Exit code 2.
   kBadOutput,     ///< The result could not be written: nothing was touched. Exit code 2.
   kNoDevice,      ///< No Vulkan device that can do the work. Exit code 2.
   kDeviceFailed,  ///< The device was lost or the driver refused. Exit code 1.

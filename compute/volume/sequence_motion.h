@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -52,6 +53,9 @@ struct SequenceMotion {
   size_t reference = 0;
   TimeBasis basis;
   std::vector<Field> terms;  ///< basis.terms() of them, mm, LPS, on one grid
+  /// of the frames whose motion it is, which mostly is finer than that of the terms; empty: not
+  /// known
+  std::optional<Grid> frames_grid = {};
 
   size_t frames() const { return basis.times_s.size(); }
   /// u(., t). Allocates; any thread.

@@ -27,6 +27,7 @@ struct CheckCommand {
   std::vector<fs::path> cycle;      ///< the fields after `field`, up to the one that leads back
   std::vector<int> frames = {0, 1};
   std::vector<fs::path> sequence;  ///< the frames of a sequence whose motion is checked
+  std::optional<float> nan_as;
   bool cyclic = false;
   bool opencv = false;
   bool json = false;
@@ -65,9 +66,9 @@ class Checker {
       image_ = truth_->grid;
     }
     if (!command_.fixed.empty()) {
-      auto fixed = files::read_volume(command_.fixed, &notes);
+      auto fixed = files::read_volume(command_.fixed, &notes, command_.nan_as);
       if (!fixed) return fixed.error();
-      auto moving = files::read_volume(command_.moving, &notes);
+      auto moving = files::read_volume(command_.moving, &notes, command_.nan_as);
       if (!moving) return moving.error();
       const Status overlap =
           files::check_overlap(command_.fixed, fixed->grid, command_.moving, moving->grid);
@@ -81,12 +82,19 @@ class Checker {
       if (!against) return against.error();
       against_ = std::move(*against);
     }
-    if (command_.mask.empty()) return say(notes);
-    auto mask = files::read_mask(command_.mask, &notes);
-    if (!mask) return mask.error();
-    mask_ = resampled(*mask, image_);
-    if (std::find(mask_->values.begin(), mask_->values.end(), 1) == mask_->values.end())
-      return files::bad_input(command_.mask, "marks no voxel of the image: name another mask");
+    if (!command_.mask.empty()) {
+      auto mask = files::read_mask(command_.mask, &notes);
+      if (!mask) return mask.error();
+      mask_ = resampled(*mask, image_);
+      if (std::find(mask_->values.begin(), mask_->values.end(), 1) == mask_->values.end())
+        return files::bad_input(command_.mask, "marks no voxel of the image: name another mask");
+    }
+    if (command_.nan_as && fixed_) {
+      auto mask = files::mask_of_numbers({command_.fixed, command_.moving}, *command_.nan_as,
+                                         std::move(mask_), &notes);
+      if (!mask) return mask.error();
+      mask_ = std::move(*mask);
+    }
     return say(notes);
   }
 
@@ -329,7 +337,7 @@ int run(CheckCommand command) {
                                         "frames of a sequence are named with --sequence",
                                         other)});
     return check_sequence({command.inputs, command.sequence, command.mask, command.points,
-                           command.cyclic, command.json},
+                           command.nan_as, command.cyclic, command.json},
                           console);
   }
   if (!command.sequence.empty())
@@ -385,6 +393,7 @@ Command add_check(CLI::App& program) {
   app->add_option("--cycle", command->cycle, "The fields that follow and lead back: cycle drift")
       ->type_name("FILE");
   app->add_option("--mask", command->mask, "Where distances are taken")->type_name("FILE");
+  add_nan_as(*app, command->nan_as, " in the frames; those voxels then count for nothing");
   app->add_flag("--opencv", command->opencv, "Also compare with OpenCV's optical flow");
   app->add_flag("--json", command->json, "Print JSON on stdout, lines on stderr");
   return {app,

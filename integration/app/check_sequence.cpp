@@ -143,7 +143,7 @@ Result<std::optional<Verdict>> checked(const SequenceCheck& command, Console& co
   std::vector<Volume> frames;
   std::vector<double> times_s;
   if (!command.sequence.empty()) {
-    auto opened = files::open_sequence(command.sequence);
+    auto opened = files::open_sequence(command.sequence, command.nan_as);
     if (!opened) return opened.error();
     for (const std::string& note : opened->notes) console.say("Note: " + note);
     auto kept = all_frames(*opened, {});
@@ -165,6 +165,14 @@ Result<std::optional<Verdict>> checked(const SequenceCheck& command, Console& co
     const auto read = files::read_mask(command.mask);
     if (!read) return read.error();
     mask = resampled(*read, image);
+  }
+  if (command.nan_as && !frames.empty()) {
+    std::vector<std::string> notes;
+    auto numbers =
+        files::mask_of_numbers(command.sequence, *command.nan_as, std::move(mask), &notes);
+    if (!numbers) return numbers.error();
+    mask = std::move(*numbers);
+    for (const std::string& note : notes) console.say("Note: " + note);
   }
   console.say(fmt::format("{}: {} of {} frames, reference frame {}, {}",
                           command.inputs.front().string(), told->form, motion.frames(),

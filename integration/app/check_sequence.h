@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "integration/app/progress.h"
@@ -12,6 +13,7 @@ struct SequenceCheck {
   std::vector<std::filesystem::path> inputs;    ///< see tells_a_sequence()
   std::vector<std::filesystem::path> sequence;  ///< its frames; may be empty
   std::filesystem::path mask, points;           ///< may be empty
+  std::optional<float> nan_as;                  ///< what samples become that are NaN
   bool cyclic = false;                          ///< of fields from the reference
   bool json = false;
 };

@@ -29,6 +29,7 @@ inline constexpr ExitMeaning kExitMeanings[] = {
 inline int exit_code(const Error& error) {
   switch (error.kind) {
     case ErrorKind::kBadInput:
+    case ErrorKind::kNotFinite:
     case ErrorKind::kBadOutput:
     case ErrorKind::kNoDevice:
     case ErrorKind::kOutOfMemory:

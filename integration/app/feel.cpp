@@ -151,6 +151,7 @@ void add_values(CLI::App& app, scenes::SequenceChoices& choices) {
          "one motion is known or found, else own")
       ->type_name("WORD")
       ->check(one_of(std::move(words)));
+  add_nan_as(app, choices.nan_as, ", as SPM and fMRIPrep write outside the body");
 }
 
 void add_wall(CLI::App& app, scenes::SequenceChoices& choices) {

@@ -57,7 +57,8 @@ constexpr int kServePort = 18945;
 
 /// Adds the options of segmentations and of a scene's folder, shared by feel, view and plan.
 void add_segments(CLI::App& app, scenes::SequenceChoices& choices);
-/// Adds the option for the values of a sequence: one frame's, the mean, or each frame's own.
+/// Adds the options for the values of a sequence: one frame's, the mean, or each frame's own; and
+/// what NaN becomes.
 void add_values(CLI::App& app, scenes::SequenceChoices& choices);
 /// Adds the options for the surface that is felt. After add_segments().
 void add_wall(CLI::App& app, scenes::SequenceChoices& choices);

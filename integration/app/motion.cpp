@@ -40,6 +40,7 @@ struct MotionCommand {
   DeviceOptions device;
   int iterations = 0;
   int levels = 0;
+  std::optional<float> nan_as;
   bool cyclic = false;
   bool inverse = false;
   bool confidence = false;
@@ -357,15 +358,20 @@ int run(const MotionCommand& command) {
   if (const Status wish = check_wish(command); !wish) return fail(console, wish.error());
   if (const Status name = check_output_name(command); !name) return fail(console, name.error());
   const auto open_frames = [&] {
-    return command.is_pair() ? files::open_pair(command.inputs[0], command.inputs[1])
-                             : files::open_sequence(command.inputs);
+    return command.is_pair()
+               ? files::open_pair(command.inputs[0], command.inputs[1], command.nan_as)
+               : files::open_sequence(command.inputs, command.nan_as);
   };
   auto opening = begin_open_device(command.device);  // in parallel to reading the files
   auto frames = open_frames();
   if (!frames) return fail(console, frames.error());
   if (const Status names = check_names(command, frames->count); !names)
     return fail(console, names.error());
-  const auto mask = files::read_mask_for(command.mask, frames->grid, &frames->notes);
+  auto mask = files::read_mask_for(command.mask, frames->grid, &frames->notes);
+  // What was NaN in a frame says nothing.
+  if (mask && command.nan_as)
+    mask =
+        files::mask_of_numbers(command.inputs, *command.nan_as, std::move(*mask), &frames->notes);
   if (!mask) return fail(console, mask.error());
   console.say(fmt::format("Frames    {}", files::frames_text(*frames)));
   for (const std::string& note : frames->notes) console.say("Note      " + note);
@@ -473,6 +479,10 @@ Command add_motion(CLI::App& program) {
          "--mask", command->mask,
          "Volume on the frames' grid: zero counts for nothing; draw it 10 voxels wider than needed")
       ->type_name("FILE");
+  add_nan_as(
+      *app, command->nan_as,
+      ", as SPM and fMRIPrep write outside the body; those voxels then count for nothing, as "
+      "outside of --mask");
   app->add_flag(
       "--cyclic", command->cyclic,
       "The last frame leads back to the first (one motion for all frames: if it does not, "

@@ -49,6 +49,14 @@ CLI::Validator whole_number_in(int64_t low, int64_t high) {
   return CLI::Validator(check, range);
 }
 
+void add_nan_as(CLI::App& app, std::optional<float>& nan_as, const std::string& what_for) {
+  app.add_option_function<float>(
+         "--nan-as", [&nan_as](float value) { nan_as = value; },
+         "What samples become that are NaN" + what_for)
+      ->type_name("VALUE")
+      ->check(number_in(files::kAnyNumber));
+}
+
 CLI::Validator one_of(std::vector<std::string> words) {
   const std::string description = fmt::format("{{{}}}", fmt::join(words, ","));
   const auto check = [words = std::move(words)](std::string& text) {

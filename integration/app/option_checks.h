@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ CLI::Validator number_in(const files::NumberRange& range);
 
 /// A whole number from low to high.
 CLI::Validator whole_number_in(int64_t low, int64_t high);
+
+/// --nan-as VALUE, which sets nan_as.
+void add_nan_as(CLI::App& app, std::optional<float>& nan_as, const std::string& what_for);
 
 /// One of the words; the error names the nearest one. `{a,b,c}` in --help.
 CLI::Validator one_of(std::vector<std::string> words);

@@ -153,6 +153,8 @@ void Console::draw_bar() {
 int fail(Console& console, const Error& error) {
   console.end_progress();
   std::string sentence = std::string(kProgramName) + ": " + error.message;
+  if (error.kind == ErrorKind::kNotFinite)
+    sentence += "; --nan-as VALUE of 'palpate motion', 'check', 'feel' and 'view' replaces NaN";
   if (!sentence.ends_with('.')) sentence += '.';
   console.complain(sentence);
   return exit_code(error);

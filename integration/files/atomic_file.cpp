@@ -81,9 +81,10 @@ Status check_room(const fs::path& path, const fs::path& folder, double bytes) {
   std::error_code error;
   const auto space = fs::space(folder, error);
   if (error || bytes <= 0.0 || double(space.available) >= bytes) return Nothing{};
+  const auto [needed, there] = bytes_to_compare(bytes, double(space.available));
   return bad_output(path,
                     "needs {} but the disk has only {} free: free some space, or write elsewhere",
-                    bytes_for_people(bytes), bytes_for_people(double(space.available)));
+                    needed, there);
 }
 
 /// Whether nobody holds the lock of lock_as_alive() on this path.

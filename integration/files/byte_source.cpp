@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <string_view>
 
 #include "integration/files/sentences.h"
 
@@ -18,6 +19,8 @@ constexpr size_t kPackedBytes = 256 * 1024;
 
 /// zlib's code for "zlib or gzip header, whichever is there".
 constexpr int kAnyDeflateHeader = 15 + 32;
+
+constexpr std::string_view kHexDigits = "0123456789abcdef0123456789ABCDEF";
 
 class FileDescriptor {
  public:
@@ -43,6 +46,8 @@ struct ByteSource::State {
   size_t next_path = 0;
   FileDescriptor fd;
   bool inflating = false;
+  std::vector<char> digits;
+  int high_digit = -1;  ///< of hexadecimal text, read before its low one; -1: none
   bool stream_ended = false;
   z_stream stream{};
   std::vector<Bytef> packed;
@@ -101,26 +106,65 @@ struct ByteSource::State {
     return done;
   }
 
+  /// Two hexadecimal digits per byte; white space may stand anywhere.
+  Result<size_t> read_hex(void* to, size_t n) {
+    auto* const bytes = static_cast<unsigned char*>(to);
+    for (size_t done = 0; done < n;) {
+      digits.resize(std::min(2 * (n - done), kPackedBytes));
+      const auto got = read_plain(digits.data(), digits.size());
+      if (!got) return got.error();
+      if (*got == 0) return done;
+      for (const char c : std::string_view(digits.data(), *got)) {
+        if (c == ' ' || (c >= '\t' && c <= '\r')) continue;
+        const size_t place = kHexDigits.find(c);
+        if (place == std::string_view::npos)
+          return bad_input(path(), "holds '{}' where a hexadecimal digit should be: save it again",
+                           c);
+        const int value = int(place % 16);
+        if (high_digit < 0) {
+          high_digit = value;
+          continue;
+        }
+        bytes[done++] = static_cast<unsigned char>(16 * high_digit + value);
+        high_digit = -1;
+      }
+    }
+    return n;
+  }
+
+  /// Packed bytes until there are at least `least` of them, fewer only at the very end. What is
+  /// left of the buffer moves to its start.
+  Status fill(size_t least) {
+    if (stream.avail_in >= least) return Nothing{};
+    std::memmove(packed.data(), stream.next_in, stream.avail_in);
+    const auto got = read_plain(packed.data() + stream.avail_in, packed.size() - stream.avail_in);
+    if (!got) return got.error();
+    stream.next_in = packed.data();
+    stream.avail_in += uInt(*got);
+    return Nothing{};
+  }
+
+  /// Whether another member of a gzip file follows; anything else behind the stream is not ours.
+  /// Its first bytes may lie in the buffer, in the file, or on both sides of the border.
+  Result<bool> another_member() {
+    if (const Status filled = fill(2); !filled) return filled.error();
+    return stream.avail_in >= 2 && stream.next_in[0] == 0x1f && stream.next_in[1] == 0x8b;
+  }
+
   Result<size_t> read_inflated(void* to, size_t n) {
     stream.next_out = static_cast<Bytef*>(to);
     size_t done = 0;
     while (done < n && !stream_ended) {
-      if (stream.avail_in == 0) {
-        const auto got = read_plain(packed.data(), packed.size());
-        if (!got) return got.error();
-        stream.next_in = packed.data();
-        stream.avail_in = uInt(*got);
-        if (*got == 0) break;
-      }
+      if (const Status filled = fill(1); !filled) return filled.error();
+      if (stream.avail_in == 0) break;
       const uInt room = uInt(std::min<size_t>(n - done, 1u << 30));
       stream.avail_out = room;
       const int code = inflate(&stream, Z_NO_FLUSH);
       done += room - stream.avail_out;
       if (code == Z_STREAM_END) {
-        // Members of a gzip file may follow each other; anything else behind the stream is not
-        // ours.
-        if (stream.avail_in < 2 || stream.next_in[0] != 0x1f || inflateReset(&stream) != Z_OK)
-          stream_ended = true;
+        const auto another = another_member();
+        if (!another) return another.error();
+        stream_ended = !*another || inflateReset(&stream) != Z_OK;
       } else if (code != Z_OK && code != Z_BUF_ERROR) {
         return bad_input(
             path(),
@@ -143,6 +187,7 @@ Result<ByteSource> ByteSource::open(std::vector<std::filesystem::path> paths, Op
   if (const Status opened = state->open_next(); !opened) return opened.error();
   if (options.deflate) {
     state->packed.resize(kPackedBytes);
+    state->stream.next_in = state->packed.data();
     if (inflateInit2(&state->stream, kAnyDeflateHeader) != Z_OK) {
       return Error{ErrorKind::kOutOfMemory,
                    "There is not enough memory to unpack a file: close other programs"};
@@ -153,13 +198,14 @@ Result<ByteSource> ByteSource::open(std::vector<std::filesystem::path> paths, Op
 }
 
 Result<size_t> ByteSource::read(void* to, size_t n) {
+  if (state_->options.hex) return state_->read_hex(to, n);
   return state_->inflating ? state_->read_inflated(to, n) : state_->read_plain(to, n);
 }
 
 Result<uint64_t> ByteSource::skip(uint64_t n) {
   // One plain file: only its position changes, and a later read beyond the end tells how much is
   // missing.
-  if (!state_->inflating && state_->paths.size() == 1) {
+  if (!state_->inflating && !state_->options.hex && state_->paths.size() == 1) {
     if (::lseek(state_->fd.get(), off_t(n), SEEK_CUR) < 0) return state_->cannot_read();
     return n;
   }

@@ -11,11 +11,12 @@
 namespace palpate::files {
 
 /// The bytes of several files one after the other, unpacked on the way if they are a zlib or gzip
-/// stream. One thread.
+/// stream, or written in hexadecimal digits. One thread.
 class ByteSource {
  public:
   struct Options {
     bool deflate = false;
+    bool hex = false;
     uint64_t file_skip = 0;   ///< bytes to leave out at the start of each file
     uint64_t line_skip = 0;   ///< lines to leave out of each file to leave out after that
     uint64_t last_bytes = 0;  ///< if not 0: only the last so many bytes of each file count

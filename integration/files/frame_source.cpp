@@ -1,6 +1,7 @@
 #include "integration/files/frame_source.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "compute/volume/memory.h"
 #include "integration/files/frame_times.h"
@@ -82,12 +83,15 @@ class RasterFrames : public FrameSource {
     return stream_->read_lanes(lanes, 1);
   }
 
-  Result<Volume> checked(size_t k, Volume volume) const {
+  Result<Volume> checked(size_t k, Volume volume) {
+    // What was replaced is remembered in the grid's order.
+    if (nan_as) reverse_j(grid, volume.values.data(), 1);
     if (may_hold_nan(raster_)) {
+      replace_nan(volume);
       const Status finite = check_finite(raster_.file, k, grid, volume.values.data(), 1);
       if (!finite) return finite.error();
     }
-    reverse_j(grid, volume.values.data(), 1);
+    if (!nan_as) reverse_j(grid, volume.values.data(), 1);
     return volume;
   }
 
@@ -128,7 +132,10 @@ class FrameFiles : public FrameSource {
     }
     auto source = open_raster_frames(rasters_[k]);
     if (!source) return source.error();
+    (*source)->nan_as = nan_as;
+    (*source)->numbers = std::move(numbers);
     auto volume = (*source)->frame(0);
+    numbers = std::move((*source)->numbers);
     // The same grid to a thousandth of a voxel becomes the same grid bit by bit.
     if (volume) volume->grid = grid;
     return volume;
@@ -143,6 +150,16 @@ std::string triple(const char* format, glm::dvec3 v) {
 }
 
 }  // namespace
+
+void FrameSource::replace_nan(Volume& frame) {
+  if (!nan_as) return;
+  for (size_t v = 0; v < frame.values.size(); ++v) {
+    if (!std::isnan(frame.values[v])) continue;
+    if (numbers.empty()) numbers.assign(frame.values.size(), 1);
+    numbers[v] = 0;
+    frame.values[v] = *nan_as;
+  }
+}
 
 std::string difference(const Grid& grid, const Grid& first) {
   constexpr const char* kTimes = "{:.6g} x {:.6g} x {:.6g}";

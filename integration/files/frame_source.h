@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +29,14 @@ class FrameSource {
   bool times_known = false;
   std::string ordered_by;          ///< what gives the order of the frames; empty: the file itself
   std::vector<std::string> notes;  ///< what a person should know of the files, a sentence each
+
+  std::optional<float> nan_as;  ///< what samples that are NaN become; without it they are refused
+  /// 1 where no frame read so far had a NaN, shape (nz, ny, nx); empty: nowhere was one
+  std::vector<uint8_t> numbers;
+
+ protected:
+  /// Replaces NaN and remembers where it was.
+  void replace_nan(Volume& frame);
 };
 
 /// The frames of one file. kBadInput if it holds vectors.

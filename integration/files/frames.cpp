@@ -28,11 +28,12 @@ Status check_overlap(const fs::path& fixed, const Grid& fixed_grid, const fs::pa
       glm::distance(middle(fixed_grid), middle(moving_grid)));
 }
 
-Result<Frames> open_pair(const fs::path& fixed, const fs::path& moving) {
+Result<Frames> open_pair(const fs::path& fixed, const fs::path& moving,
+                         std::optional<float> nan_as) {
   Frames frames;
-  auto first = read_volume(fixed, &frames.notes);
+  auto first = read_volume(fixed, &frames.notes, nan_as);
   if (!first) return first.error();
-  auto second = read_volume(moving, &frames.notes);
+  auto second = read_volume(moving, &frames.notes, nan_as);
   if (!second) return second.error();
   const Status overlap = check_overlap(fixed, first->grid, moving, second->grid);
   if (!overlap) return overlap.error();
@@ -46,8 +47,8 @@ Result<Frames> open_pair(const fs::path& fixed, const fs::path& moving) {
   return frames;
 }
 
-Result<Frames> open_sequence(const std::vector<fs::path>& inputs) {
-  auto opened = SequenceReader::open(inputs);
+Result<Frames> open_sequence(const std::vector<fs::path>& inputs, std::optional<float> nan_as) {
+  auto opened = SequenceReader::open(inputs, nan_as);
   if (!opened) return opened.error();
   auto reader = std::make_shared<SequenceReader>(std::move(*opened));
   if (reader->frame_count() < 2) {
@@ -79,6 +80,36 @@ Result<std::optional<Mask>> read_mask_for(const fs::path& file, const Grid& grid
     return bad_input(file, "marks no voxel at all: name a mask that is not empty");
   mask->grid = grid;
   return std::optional<Mask>(std::move(*mask));
+}
+
+Result<std::optional<Mask>> mask_of_numbers(const std::vector<fs::path>& inputs, float nan_as,
+                                            std::optional<Mask> mask,
+                                            std::vector<std::string>* notes) {
+  auto reader = SequenceReader::open(inputs, nan_as);
+  if (!reader && inputs.size() == 2) reader = SequenceReader::open({inputs.front()}, nan_as);
+  if (!reader) return reader.error();
+  for (size_t k = 0; k < reader->frame_count(); ++k)
+    if (const auto frame = reader->frame(k); !frame) return frame.error();
+  const std::vector<uint8_t>& numbers = reader->numbers();
+  if (numbers.empty()) return mask;
+  if (!mask) mask = Mask{reader->grid(), std::vector<uint8_t>(numbers.size(), 1)};
+  if (!same_geometry(mask->grid, reader->grid()))
+    return bad_input(inputs.front(), "does not fit the mask, it has {}: resample it",
+                     difference(reader->grid(), mask->grid));
+  size_t left = 0;
+  for (size_t v = 0; v < numbers.size(); ++v) {
+    mask->values[v] = mask->values[v] != 0 && numbers[v] != 0;
+    left += mask->values[v];
+  }
+  if (left == 0)
+    return bad_input(inputs.front(), "has no voxel with a number in all frames: export it again");
+  if (notes != nullptr) {
+    const auto lost = std::count(numbers.begin(), numbers.end(), uint8_t(0));
+    notes->push_back(fmt::format(
+        "NaN became {:.6g}: voxels with a NaN in any frame ({:.1f} %) count for nothing.", nan_as,
+        100.0 * double(lost) / double(numbers.size())));
+  }
+  return mask;
 }
 
 bool has_image_ending(const fs::path& path) {

@@ -10,11 +10,22 @@
 namespace palpate::files {
 
 /// Two files as fixed and moving, read at once; their grids may differ. kBadInput also if they do
-/// not overlap, see check_overlap().
-Result<Frames> open_pair(const std::filesystem::path& fixed, const std::filesystem::path& moving);
+/// not overlap, see check_overlap(). nan_as: as in read_volume().
+Result<Frames> open_pair(const std::filesystem::path& fixed, const std::filesystem::path& moving,
+                         std::optional<float> nan_as = {});
 
-/// A file with several frames, a folder, or a list of files; kBadInput for a single frame.
-Result<Frames> open_sequence(const std::vector<std::filesystem::path>& inputs);
+/// A file with several frames, a folder, or a list of files; kBadInput for a single frame. nan_as:
+/// as in read_volume().
+Result<Frames> open_sequence(const std::vector<std::filesystem::path>& inputs,
+                             std::optional<float> nan_as = {});
+
+/// Takes out of a mask what is NaN in any of the frames and becomes nan_as; of no mask, it makes
+/// one if there is a NaN. Of a pair on two grids the first frame counts. Reads all frames.
+/// kBadInput if nothing is left, or if the mask is on another grid than the frames. Adds a note on
+/// how much was taken out.
+Result<std::optional<Mask>> mask_of_numbers(const std::vector<std::filesystem::path>& inputs,
+                                            float nan_as, std::optional<Mask> mask,
+                                            std::vector<std::string>* notes = nullptr);
 
 /// kBadInput if no voxel centre of the fixed frame lies within the moving one, so that there is
 /// nothing to compare; says how far apart they are.

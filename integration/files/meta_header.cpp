@@ -7,6 +7,7 @@
 #include "integration/files/frame_times.h"
 #include "integration/files/sentences.h"
 #include "integration/files/text.h"
+#include "integration/files/tracked_frames.h"
 
 namespace palpate::files {
 namespace {
@@ -73,64 +74,107 @@ Result<MetaFields> split_header(const std::filesystem::path& file, std::string_v
       "has no ElementDataFile line: it is no MetaImage or its header was cut off; save it again");
 }
 
-/// `count` numbers of a line, or `fallback` where the line is not there.
+/// How many of the file's dimensions are space; one behind them is frames.
+struct MetaAxes {
+  size_t all = 3;
+  size_t space = 3;
+  bool has_frames() const { return all > space; }
+};
+
+/// The numbers of a line, one per axis of the file or of space; `fallback` where there is no line.
 Result<std::vector<double>> numbers(const std::filesystem::path& file, std::string_view text,
-                                    const char* field, std::vector<double> fallback) {
-  if (text.empty()) return fallback;
-  auto values = to_numbers(text);
-  if (!values || values->size() != fallback.size()) return wrong_meta_field(file, field);
-  return *values;
+                                    const char* field, MetaAxes axes, double fallback) {
+  std::vector<double> all(axes.all, fallback);
+  if (text.empty()) return all;
+  const auto values = to_numbers(text);
+  if (!values || (values->size() != axes.all && values->size() != axes.space))
+    return wrong_meta_field(file, field);
+  std::copy(values->begin(), values->end(), all.begin());
+  return all;
 }
 
-std::vector<double> identity(size_t n) {
-  std::vector<double> matrix(n * n, 0.0);
-  for (size_t i = 0; i < n; ++i) matrix[i * n + i] = 1.0;
-  return matrix;
+/// The directions of the axes of space, as rows of a square matrix of the file's dimensions or of
+/// those of space alone. A third one that is not there is 0.
+Result<glm::dmat3> meta_directions(const std::filesystem::path& file, std::string_view text,
+                                   MetaAxes axes) {
+  glm::dmat3 directions(1.0);
+  if (axes.space == 2) directions[2] = glm::dvec3(0.0);
+  if (text.empty()) return directions;
+  const auto values = to_numbers(text);
+  const size_t count = values ? values->size() : 0;
+  const size_t n = count == axes.all * axes.all ? axes.all : axes.space;
+  if (count != n * n) return wrong_meta_field(file, "TransformMatrix");
+  for (size_t a = 0; a < std::min<size_t>(n, 3); ++a)
+    for (size_t r = 0; r < std::min<size_t>(n, 3); ++r)
+      directions[int(a)][int(r)] = (*values)[a * n + r];
+  return directions;
+}
+
+/// What the dimensions are: the last one is frames if there are four, if Kinds says so, or if the
+/// file says something of each frame.
+Result<MetaAxes> meta_axes(const MetaFields& header, const FrameFields& frames,
+                           const Raster& raster) {
+  const auto dimensions = to_integer(header.get({"ndims"}));
+  if (!dimensions || *dimensions < 2 || *dimensions > 4) {
+    return bad_input(raster.file,
+                     "has {} dimensions, but 2 to 4 are needed: save it as a 3D or 4D image",
+                     header.get({"ndims"}));
+  }
+  MetaAxes axes{size_t(*dimensions), size_t(*dimensions)};
+  const std::string kinds_text = lowered(header.get({"kinds"}));
+  const auto kinds = words(kinds_text);
+  const auto is_frames = [](std::string_view kind) { return kind == "list" || kind == "time"; };
+  const auto first = std::find_if(kinds.begin(), kinds.end(), is_frames);
+  if (first != kinds.end() && size_t(first - kinds.begin()) + 1 != axes.all)
+    return wrong_meta_field(raster.file, "Kinds");
+  if (axes.all == 4 || first != kinds.end() || (axes.all == 3 && kinds.empty() && !frames.empty()))
+    --axes.space;
+  if (axes.space < 2) return wrong_meta_field(raster.file, "Kinds");
+  return axes;
 }
 
 Status place(const MetaFields& header, Raster& raster) {
-  const auto dimensions = to_integer(header.get({"ndims"}));
-  if (!dimensions || *dimensions < 3 || *dimensions > 4) {
-    return bad_input(raster.file,
-                     "has {} dimensions, but 3 or 4 are needed: save it as a 3D or 4D image",
-                     header.get({"ndims"}));
-  }
-  const size_t n = size_t(*dimensions);
-  const auto sizes = to_numbers(header.get({"dimsize"}));
-  if (!sizes || sizes->size() != n) return wrong_meta_field(raster.file, "DimSize");
-  const auto spacing = numbers(raster.file, header.get({"elementspacing", "elementsize"}),
-                               "ElementSpacing", std::vector<double>(n, 1.0));
-  if (!spacing) return spacing.error();
-  const auto origin = numbers(raster.file, header.get({"offset", "position", "origin"}), "Offset",
-                              std::vector<double>(n, 0.0));
-  if (!origin) return origin.error();
-  const auto axes = numbers(raster.file, header.get({"transformmatrix", "rotation", "orientation"}),
-                            "TransformMatrix", identity(n));
+  const FrameFields frames = frame_fields(header.values);
+  const auto axes = meta_axes(header, frames, raster);
   if (!axes) return axes.error();
-  Placement placement;
-  for (size_t a = 0; a < 3; ++a) {
-    const int axis = int(a);
-    placement.size[axis] = (*sizes)[a];
-    placement.spacing_mm[axis] = (*spacing)[a];
-    placement.origin_mm[axis] = (*origin)[a];
-    for (size_t r = 0; r < 3; ++r) placement.axes[axis][int(r)] = (*axes)[a * n + r];
+  const auto sizes = to_numbers(header.get({"dimsize"}));
+  if (!sizes || sizes->size() != axes->all) return wrong_meta_field(raster.file, "DimSize");
+  const auto spacing = numbers(raster.file, header.get({"elementspacing", "elementsize"}),
+                               "ElementSpacing", *axes, 1.0);
+  if (!spacing) return spacing.error();
+  const auto origin =
+      numbers(raster.file, header.get({"offset", "position", "origin"}), "Offset", *axes, 0.0);
+  if (!origin) return origin.error();
+  const auto directions = meta_directions(
+      raster.file, header.get({"transformmatrix", "rotation", "orientation"}), *axes);
+  if (!directions) return directions.error();
+  Placement placement{.size = glm::dvec3(1.0), .spacing_mm = glm::dvec3(0.0), .axes = *directions};
+  for (size_t a = 0; a < std::min<size_t>(axes->all, 3); ++a)
+    placement.origin_mm[int(a)] = (*origin)[a];
+  for (size_t a = 0; a < axes->space; ++a) {
+    placement.size[int(a)] = (*sizes)[a];
+    placement.spacing_mm[int(a)] = (*spacing)[a];
   }
+  complete_slice(placement);
+  turn_ultrasound(header.get({"ultrasoundimageorientation"}), int(axes->space), placement, raster);
   auto grid = make_grid(raster.file, placement);
   if (!grid) return grid.error();
   raster.grid = *grid;
   raster.inner = raster.grid.count();
-  if (n == 3) return Nothing{};
+  if (!axes->has_frames()) return Nothing{};
 
-  if (!((*sizes)[3] >= 1.0 && (*sizes)[3] <= kMaxLanes))
-    return wrong_meta_field(raster.file, "DimSize");
-  raster.lanes = size_t((*sizes)[3]);
-  const double step_s = (*spacing)[3];
+  const double count = (*sizes)[axes->space];
+  if (!(count >= 1.0 && count <= kMaxLanes)) return wrong_meta_field(raster.file, "DimSize");
+  raster.lanes = size_t(count);
+  const double step_s = (*spacing)[axes->space];
   // Writers put a step of 1 where they do not know it.
-  if (!(step_s > 0.0) || step_s == 1.0 || raster.lanes == 1) return Nothing{};
-  raster.times_s = counted_times(raster.lanes);
-  for (double& t : raster.times_s) t = (*origin)[3] + t * step_s;
-  raster.times_known = true;
-  return check_rising(raster.file, raster.times_s);
+  if (step_s > 0.0 && step_s != 1.0 && raster.lanes > 1) {
+    raster.times_s = counted_times(raster.lanes);
+    for (double& t : raster.times_s) t = (*origin)[axes->space] + t * step_s;
+    raster.times_known = true;
+    if (const Status rising = check_rising(raster.file, raster.times_s); !rising) return rising;
+  }
+  return apply_frame_fields(frames, raster);
 }
 
 Status find_channels(const MetaFields& header, Raster& raster) {

@@ -1,17 +1,20 @@
 #include "integration/files/nifti_header.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <optional>
 
 #include "integration/files/frame_times.h"
 #include "integration/files/sentences.h"
+#include "integration/files/text.h"
 
 namespace palpate::files {
 namespace {
 
-constexpr int kIntentDisplacement = 1006;
+constexpr int kIntentDisplacement = 1006, kIntentVector = 1007, kFirstCifti = 3000,
+              kLastCifti = 3099;
 constexpr int kScannerSpace = 1;
 constexpr int64_t kMaxComponents = 1000;
 
@@ -28,10 +31,12 @@ struct HeaderOffsets {
   size_t nifti2;
 };
 
-constexpr HeaderOffsets kDim{40, 16}, kIntent{68, 504}, kType{70, 12}, kPixdim{76, 104},
-    kSamplesAt{108, 168}, kSlope{112, 176}, kIntercept{116, 184}, kUnits{123, 500},
-    kTimeStart{136, 216}, kQformCode{252, 344}, kSformCode{254, 348}, kQuaternion{256, 352},
-    kQoffset{268, 376}, kSform{280, 400}, kMagic{344, 4};
+constexpr HeaderOffsets kDim{40, 16}, kIntentP1{56, 80}, kIntent{68, 504}, kType{70, 12},
+    kPixdim{76, 104}, kSamplesAt{108, 168}, kSlope{112, 176}, kIntercept{116, 184},
+    kUnits{123, 500}, kTimeStart{136, 216}, kDescription{148, 240}, kQformCode{252, 344},
+    kSformCode{254, 348}, kQuaternion{256, 352}, kQoffset{268, 376}, kSform{280, 400},
+    kIntentName{328, 508}, kMagic{344, 4};
+constexpr size_t kIntentNameBytes = 16, kDescriptionBytes = 80;
 
 /// Typed look at the header bytes in the file's byte order. NIfTI-2 holds the same values as
 /// NIfTI-1 in wider types.
@@ -40,9 +45,9 @@ class HeaderBytes {
   HeaderBytes(std::string_view bytes, bool swap, bool nifti2)
       : bytes_(bytes), swap_(swap), nifti2_(nifti2) {}
 
-  int64_t dim(size_t n) const {
-    return nifti2_ ? get<int64_t>(kDim.nifti2 + 8 * n) : get<int16_t>(kDim.nifti1 + 2 * n);
-  }
+  int64_t dimensions() const { return dim_field(0); }
+  /// Samples along dimension n, from 1; what lies beyond the last dimension says nothing.
+  int64_t dim(size_t n) const { return int64_t(n) > dimensions() ? 1 : dim_field(n); }
   int type() const { return get<int16_t>(at(kType)); }
   /// Intent and form codes.
   int code(HeaderOffsets place) const {
@@ -57,9 +62,17 @@ class HeaderBytes {
     return nifti2_ ? double(get<int64_t>(kSamplesAt.nifti2)) : real(kSamplesAt);
   }
   std::string_view magic() const { return bytes_.substr(at(kMagic), nifti2_ ? 8 : 4); }
+  /// A text, up to its first zero.
+  std::string_view text(HeaderOffsets place, size_t bytes) const {
+    const std::string_view all = bytes_.substr(at(place), bytes);
+    return trimmed(all.substr(0, all.find('\0')));
+  }
 
  private:
   size_t at(HeaderOffsets place) const { return nifti2_ ? place.nifti2 : place.nifti1; }
+  int64_t dim_field(size_t n) const {
+    return nifti2_ ? get<int64_t>(kDim.nifti2 + 8 * n) : get<int16_t>(kDim.nifti1 + 2 * n);
+  }
 
   template <class T>
   T get(size_t offset) const {
@@ -112,6 +125,15 @@ struct RasFrame {
   glm::dvec3 ras_from_index(glm::dvec3 index) const { return origin + axes * (spacing * index); }
 };
 
+/// One slice may come without a third axis or spacing, see complete_slice().
+void complete_ras_slice(const HeaderBytes& header, RasFrame& frame) {
+  Placement slice{
+      .size = {1.0, 1.0, double(header.dim(3))}, .spacing_mm = frame.spacing, .axes = frame.axes};
+  complete_slice(slice);
+  frame.axes = slice.axes;
+  frame.spacing = slice.spacing_mm;
+}
+
 RasFrame from_sform(const HeaderBytes& header) {
   RasFrame frame;
   for (int r = 0; r < 3; ++r) {
@@ -122,6 +144,7 @@ RasFrame from_sform(const HeaderBytes& header) {
     frame.spacing[c] = glm::length(frame.axes[c]);
     if (frame.spacing[c] > 0.0) frame.axes[c] /= frame.spacing[c];
   }
+  complete_ras_slice(header, frame);
   return frame;
 }
 
@@ -147,6 +170,7 @@ RasFrame from_qform(const HeaderBytes& header) {
   if (header.pixdim(0) < 0.0) frame.axes[2] = -frame.axes[2];
   frame.spacing = {header.pixdim(1), header.pixdim(2), header.pixdim(3)};
   frame.origin = {header.real(kQoffset), header.real(kQoffset, 1), header.real(kQoffset, 2)};
+  complete_ras_slice(header, frame);
   return frame;
 }
 
@@ -156,9 +180,10 @@ struct ChosenFrame {
   const char* name = "pixdim";
 };
 
-ChosenFrame choose_frame(const HeaderBytes& header) {
+/// sform_first: the sform is used wherever there is one.
+ChosenFrame choose_frame(const HeaderBytes& header, bool sform_first) {
   const int qform_code = header.code(kQformCode), sform_code = header.code(kSformCode);
-  if (sform_code > 0 && (sform_code == kScannerSpace || qform_code <= 0)) {
+  if (sform_code > 0 && (sform_first || sform_code == kScannerSpace || qform_code <= 0)) {
     const RasFrame sform = from_sform(header);
     // A sheared sform can not be honoured; the qform next to it can not be sheared.
     if (is_straight(sform) || qform_code <= 0) return {sform, "sform"};
@@ -169,6 +194,7 @@ ChosenFrame choose_frame(const HeaderBytes& header) {
   RasFrame plain;
   plain.axes = glm::dmat3(-1, 0, 0, 0, -1, 0, 0, 0, 1);
   plain.spacing = {header.pixdim(1), header.pixdim(2), header.pixdim(3)};
+  complete_ras_slice(header, plain);
   return {plain, "pixdim"};
 }
 
@@ -198,7 +224,9 @@ void note_two_places(const HeaderBytes& header, const char* used, Raster& raster
 }
 
 Status place(const HeaderBytes& header, Raster& raster) {
-  const auto [ras, name] = choose_frame(header);
+  // The tools that write places, SPM and NiftyReg, take the sform; a place and its voxel must be in
+  // one space.
+  const auto [ras, name] = choose_frame(header, raster.vectors_are_places);
   const double scale_mm = mm_per_unit(header);
   Placement placement;
   const glm::dvec3 lps_signs(-1.0, -1.0, 1.0);
@@ -215,16 +243,120 @@ Status place(const HeaderBytes& header, Raster& raster) {
   return Nothing{};
 }
 
-Status find_lanes(const HeaderBytes& header, Raster& raster) {
-  const auto dimensions = size_t(header.dim(0));
-  const int64_t frames = dimensions >= 4 ? header.dim(4) : 1;
+/// What FSL writes with intents of its own; nothing for all other intents.
+const char* fsl_name(int intent) {
+  switch (intent) {
+    case 2006:
+      return "a displacement field of FSL's FNIRT";
+    case 2007:
+      return "cubic spline coefficients of FSL's FNIRT";
+    case 2008:
+      return "DCT coefficients of FSL's FNIRT";
+    case 2009:
+      return "quadratic spline coefficients of FSL's FNIRT";
+    case 2016:
+      return "cubic spline coefficients of FSL's topup";
+    case 2017:
+      return "quadratic spline coefficients of FSL's topup";
+    default:
+      return nullptr;
+  }
+}
+
+/// What NiftyReg says with intent_p1.
+constexpr double kDeformation = 0.0, kDisplacement = 1.0;
+const char* niftyreg_name(double kind) {
+  constexpr std::array kNames = {"deformation field",           "displacement field",
+                                 "cubic spline grid",           "deformation velocity field",
+                                 "displacement velocity field", "spline velocity grid",
+                                 "linear spline grid"};
+  return kind >= 0.0 && kind < double(kNames.size()) ? kNames[size_t(kind)]
+                                                     : "transformation of an unknown kind";
+}
+
+/// SPM's segmentation writes "Deformation" or "Inverse Deformation", its deformation utility the
+/// intent name "Mapping".
+bool is_spm_deformation(const HeaderBytes& header) {
+  const std::string description = lowered(header.text(kDescription, kDescriptionBytes));
+  return header.text(kIntentName, kIntentNameBytes) == "Mapping" || description == "deformation" ||
+         description == "inverse deformation" || description == "deformation field";
+}
+
+/// What the three components of a voxel mean to the tool that wrote them. Called before the image
+/// is placed.
+Status find_vectors(const HeaderBytes& header, Raster& raster) {
+  const glm::dmat3 lps_from_ras(-1, 0, 0, 0, -1, 0, 0, 0, 1);
+  const int intent = header.code(kIntent);
+  if (const char* name = fsl_name(intent)) {
+    return bad_input(
+        raster.file,
+        "holds {}, whose convention needs the moving image's header: convert it to an ITK field, "
+        "for example with wb_command -convert-warpfield of Connectome Workbench",
+        name);
+  }
+  if (header.text(kIntentName, kIntentNameBytes) == "NREG_TRANS") {
+    const double kind = header.real(kIntentP1);
+    if (kind != kDeformation && kind != kDisplacement) {
+      return bad_input(
+          raster.file,
+          "holds a {} of NiftyReg, of which palpate reads deformation and displacement "
+          "fields only: convert it with reg_transform -def",
+          niftyreg_name(kind));
+    }
+    raster.lps_from_vector = lps_from_ras;
+    raster.vectors_are_places = kind == kDeformation;
+    return Nothing{};
+  }
+  if (intent == kIntentDisplacement) {
+    raster.lps_from_vector = lps_from_ras;
+    return Nothing{};
+  }
+  const std::string description = lowered(header.text(kDescription, kDescriptionBytes));
+  if (description == "flow field" || description.starts_with("velocity (")) {
+    return bad_input(raster.file,
+                     "holds a flow field of SPM, which is a velocity in voxels: write it as a "
+                     "deformation (y_) with SPM's deformation utility");
+  }
+  if (is_spm_deformation(header)) {
+    raster.lps_from_vector = lps_from_ras;
+    raster.vectors_are_places = true;
+    raster.notes.push_back(fmt::format(
+        "'{}' is a deformation of SPM: its vectors are places in mm, and become displacements.",
+        raster.file.string()));
+  } else if (intent == kIntentVector && header.dim(4) == 3) {
+    raster.notes.push_back(fmt::format(
+        "'{}' keeps vectors in the dimension of time: they are taken for mm along L, P, S, as ITK "
+        "writes them.",
+        raster.file.string()));
+  } else if (intent != kIntentVector) {
+    raster.notes.push_back(fmt::format(
+        "'{}' does not say what its three values per voxel are: they are taken for vectors in mm "
+        "along L, P, S.",
+        raster.file.string()));
+  }
+  return Nothing{};
+}
+
+/// Frames of the file and values per voxel, before they are checked.
+struct Lanes {
+  int64_t frames = 1;
   int64_t components = 1;
+};
+
+Result<Lanes> lanes_of(const HeaderBytes& header, const Raster& raster) {
+  const auto dimensions = size_t(header.dimensions());
+  Lanes lanes{header.dim(4), 1};
+  auto& [frames, components] = lanes;
   for (size_t d = 5; d <= dimensions; ++d) {
     const int64_t n = header.dim(d);
     if (n < 1 || n > kMaxComponents || components > kMaxComponents)
       return bad_input(raster.file, "has a damaged dim field: save the file again");
     components *= n;
   }
+  // Some tools put the components where the standard has time.
+  const int intent = header.code(kIntent);
+  if (frames == 3 && components == 1 && (intent == kIntentVector || intent == kIntentDisplacement))
+    std::swap(frames, components);
   if (frames < 1 || double(frames) > kMaxLanes)
     return bad_input(raster.file, "claims {} frames: the header is damaged, save the file again",
                      frames);
@@ -234,10 +366,14 @@ Status find_lanes(const HeaderBytes& header, Raster& raster) {
                      "export one component",
                      components);
   }
+  return lanes;
+}
+
+Status find_lanes(const HeaderBytes& header, Lanes found, Raster& raster) {
+  const auto [frames, components] = found;
   raster.inner = raster.grid.count();
   raster.lanes = size_t(std::max(frames, components));
   raster.lane_kind = components > 1 ? LaneKind::kComponents : LaneKind::kFrames;
-  raster.vectors_are_ras = components == 3 && header.code(kIntent) == kIntentDisplacement;
   const double step = header.pixdim(4);
   const int time_unit = header.units() & 0x38;
   // Writers like ITK leave the unit out and mean seconds; they write a step of 1 where they do not
@@ -321,18 +457,30 @@ Result<Raster> parse_nifti_header(const std::filesystem::path& file, std::string
   if (!is_nifti_size(size) || (!single && !pair)) {
     return bad_input(file, "is not a NIfTI file: check what wrote it, and save Analyze as NIfTI");
   }
-  if (header.dim(0) < 3 || header.dim(0) > 7) {
-    return bad_input(file, "has {} dimensions, but 3 or 4 are needed: save it as a 3D or 4D image",
-                     header.dim(0));
+  if (const int intent = header.code(kIntent); intent >= kFirstCifti && intent <= kLastCifti) {
+    return bad_input(file,
+                     "is a CIFTI file, which holds values of surfaces and regions rather than an "
+                     "image: export a volume of it");
+  }
+  if (header.dimensions() < 2 || header.dimensions() > 7) {
+    return bad_input(file, "has {} dimensions, but 2 to 4 are needed: save it as a 3D or 4D image",
+                     header.dimensions());
   }
   Raster raster;
   raster.file = file;
   raster.big_endian = swap;
+  const auto lanes = lanes_of(header, raster);
+  if (!lanes) return lanes.error();
+  if (lanes->components == 3 || fsl_name(header.code(kIntent)) != nullptr)
+    if (const Status done = find_vectors(header, raster); !done) return done.error();
   if (const Status done = place(header, raster); !done) return done.error();
-  if (const Status done = find_lanes(header, raster); !done) return done.error();
+  if (const Status done = find_lanes(header, *lanes, raster); !done) return done.error();
   if (const Status done = find_samples(header, packed, raster); !done) return done.error();
   raster.data = {single ? file : image_beside(file)};
-  const double offset = header.samples_at();
+  double offset = header.samples_at();
+  // Some writers leave the field empty; the samples follow the header and its four bytes for
+  // extensions then.
+  if (single && offset == 0.0) offset = double(header_bytes) + 4.0;
   if (!(offset >= 0.0 && offset < 1e9) || (single && offset < double(header_bytes))) {
     return bad_input(
         file, "says that its samples start at byte {}: the header is damaged, save the file again",

@@ -17,7 +17,9 @@ bool starts_like_nifti(std::string_view bytes);
 /// chooses, and is turned from RAS to LPS; where sform and qform differ by more than half a voxel,
 /// a note says which is used; units of space and time are honoured. `packed` says that the file is
 /// a gzip stream. Vectors with the intent "vector" are LPS, as ITK and ANTs write them; with the
-/// intent "displacement vector" they are RAS, as the standard says. Touches no file; any thread.
+/// intent "displacement vector" they are RAS, as the standard says. NiftyReg's displacements (RAS)
+/// and deformations, and SPM's deformations (places, RAS) are told by their names; kBadInput for
+/// warps of FSL and for velocities and splines. Touches no file; any thread.
 Result<Raster> parse_nifti_header(const std::filesystem::path& file, std::string_view bytes,
                                   bool packed);
 

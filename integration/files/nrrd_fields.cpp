@@ -6,6 +6,7 @@
 
 #include "integration/files/sentences.h"
 #include "integration/files/text.h"
+#include "integration/files/tracked_frames.h"
 
 namespace palpate::files {
 namespace {
@@ -40,35 +41,27 @@ std::vector<std::string> quoted_words(std::string_view text) {
   return found;
 }
 
-/// Vectors may hold blanks inside their brackets, so they are cut at brackets, not at blanks.
-std::optional<std::vector<std::vector<double>>> parse_vectors(std::string_view text) {
-  std::vector<std::vector<double>> vectors;
-  while (!(text = trimmed(text)).empty()) {
-    const bool bracket = text.front() == '(';
-    const size_t end = text.find_first_of(bracket ? ")" : " \t");
-    const std::string_view word =
-        text.substr(0, bracket && end != std::string_view::npos ? end + 1 : end);
-    const auto vector = parse_nrrd_vector(word);
-    if (!vector) return std::nullopt;
-    vectors.push_back(*vector);
-    text.remove_prefix(word.size());
-  }
-  return vectors;
-}
-
 Error wrong_nrrd_field(const std::filesystem::path& file, const char* field) {
   return bad_input(file, "has a '{}' field that makes no sense: correct its header", field);
 }
 
-/// Fills in one number per axis; "nan" means not given.
-bool fill_numbers(std::string_view text, std::vector<NrrdAxis>& axes, double NrrdAxis::*member) {
-  if (text.empty()) return true;
-  const auto numbers = to_numbers(text);
-  if (!numbers || numbers->size() != axes.size()) return false;
-  for (size_t a = 0; a < axes.size(); ++a) {
-    if (std::isfinite((*numbers)[a])) axes[a].*member = (*numbers)[a];
-  }
-  return true;
+/// One number per axis; NaN means not given. Nothing for another number of numbers.
+std::optional<std::vector<double>> number_per_axis(std::string_view text, size_t axes) {
+  if (text.empty()) return std::vector<double>(axes, NAN);
+  auto numbers = to_numbers(text);
+  if (!numbers || numbers->size() != axes) return std::nullopt;
+  return numbers;
+}
+
+/// Spacing and first position from what the header says of one axis, as Teem's
+/// nrrdOriginCalculate() does: least and most are the ends of the first and last cell, or with
+/// centers "node" the positions of the first and last sample. Without centers they are cells.
+void set_range(NrrdAxis& axis, double spacing, double least, double most, bool is_node) {
+  const double steps = is_node ? axis.size - 1.0 : axis.size;
+  if (!std::isfinite(spacing) && steps > 0.0) spacing = (most - least) / steps;
+  if (!std::isfinite(spacing)) spacing = 0.0;
+  axis.spacing = spacing;
+  if (std::isfinite(least)) axis.first = is_node ? least : least + 0.5 * spacing;
 }
 
 /// A direction with only a fourth component: ITK writes time like this.
@@ -115,6 +108,22 @@ std::optional<std::vector<double>> parse_nrrd_vector(std::string_view text) {
     numbers.push_back(*number);
   }
   return numbers;
+}
+
+std::optional<std::vector<std::vector<double>>> parse_nrrd_vectors(std::string_view text) {
+  std::vector<std::vector<double>> vectors;
+  // Vectors may hold blanks inside their brackets, so they are cut at brackets, not at blanks.
+  while (!(text = trimmed(text)).empty()) {
+    const bool bracket = text.front() == '(';
+    const size_t end = text.find_first_of(bracket ? ")" : " \t");
+    const std::string_view word =
+        text.substr(0, bracket && end != std::string_view::npos ? end + 1 : end);
+    const auto vector = parse_nrrd_vector(word);
+    if (!vector) return std::nullopt;
+    vectors.push_back(*vector);
+    text.remove_prefix(word.size());
+  }
+  return vectors;
 }
 
 Result<NrrdFields> split_nrrd_header(const std::filesystem::path& file, std::string_view text) {
@@ -165,15 +174,24 @@ Result<std::vector<NrrdAxis>> nrrd_axes(const std::filesystem::path& file,
       return wrong_nrrd_field(file, "sizes");
     }
   }
-  const auto directions = parse_vectors(header.field("spacedirections"));
+  const auto directions = parse_nrrd_vectors(header.field("spacedirections"));
   if (!directions || (!directions->empty() && directions->size() != axes.size())) {
     return wrong_nrrd_field(file, "space directions");
   }
   for (size_t a = 0; a < directions->size(); ++a) axes[a].direction = (*directions)[a];
-  if (!fill_numbers(header.field("spacings"), axes, &NrrdAxis::spacing))
-    return wrong_nrrd_field(file, "spacings");
-  const auto least = header.field("axismins");
-  if (!fill_numbers(least, axes, &NrrdAxis::least)) return wrong_nrrd_field(file, "axis mins");
+  const auto spacings = number_per_axis(header.field("spacings"), axes.size());
+  if (!spacings) return wrong_nrrd_field(file, "spacings");
+  const auto least = number_per_axis(header.field("axismins"), axes.size());
+  if (!least) return wrong_nrrd_field(file, "axis mins");
+  const auto most = number_per_axis(header.field("axismaxs"), axes.size());
+  if (!most) return wrong_nrrd_field(file, "axis maxs");
+  const std::string center_text =
+      lowered(header.field("centers")) + lowered(header.field("centerings"));
+  const auto centers = words(center_text);
+  for (size_t a = 0; a < axes.size(); ++a) {
+    const bool is_node = a < centers.size() && centers[a] == "node";
+    set_range(axes[a], (*spacings)[a], (*least)[a], (*most)[a], is_node);
+  }
   const auto units = quoted_words(header.field("units"));
   for (size_t a = 0; a < std::min(units.size(), axes.size()); ++a) axes[a].unit = units[a];
 
@@ -183,6 +201,8 @@ Result<std::vector<NrrdAxis>> nrrd_axes(const std::filesystem::path& file,
     return wrong_nrrd_field(file, "kinds");
   std::vector<AxisKind> kinds(axes.size(), AxisKind::kOpen);
   for (size_t a = 0; a < kind_words.size(); ++a) kinds[a] = kind_of(std::string(kind_words[a]));
+  // PLUS says something of each frame, which lie along the last axis.
+  if (kind_words.empty() && !frame_fields(header.keys).empty()) kinds.back() = AxisKind::kFrames;
   decide_roles(kinds, !directions->empty(), axes);
   return axes;
 }

@@ -37,16 +37,20 @@ struct NrrdAxis {
   NrrdRole role = NrrdRole::kSpace;
   /// in the header's own space; empty for "none" or without directions
   std::vector<double> direction;
-  double spacing = 0.0;  ///< 0 where not given
-  double least = 0.0;    ///< position of the first sample, where given
+  double spacing = 0.0;  ///< 0 where not given; negative where the positions fall
+  double first = 0.0;    ///< position of the first sample, where given
   std::string unit;      ///< lower case; empty where not given
 };
 
-/// Reads sizes, kinds, space directions, spacings and units, and decides the role of every axis.
+/// Reads sizes, kinds, space directions, spacings, ranges and units, and decides the role of every
+/// axis.
 Result<std::vector<NrrdAxis>> nrrd_axes(const std::filesystem::path& file,
                                         const NrrdFields& header);
 
 /// "(1,0,0)" -> 1 0 0; "none" -> empty. Nothing if it is neither.
 std::optional<std::vector<double>> parse_nrrd_vector(std::string_view text);
+
+/// Several of them, "(1,0,0) none (0,0,1)". Nothing if one is neither.
+std::optional<std::vector<std::vector<double>>> parse_nrrd_vectors(std::string_view text);
 
 }  // namespace palpate::files

@@ -8,6 +8,7 @@
 #include "integration/files/nrrd_fields.h"
 #include "integration/files/sentences.h"
 #include "integration/files/text.h"
+#include "integration/files/tracked_frames.h"
 
 namespace palpate::files {
 namespace {
@@ -68,27 +69,44 @@ glm::dvec3 lps_signs(std::string_view space) {
   return {1, 1, 1};
 }
 
-/// Millimetres per unit of `space units`; unknown units are taken as mm.
+/// Millimetres per unit of `space units` (its first), or of the units of an axis; unknown units are
+/// taken as mm.
 double mm_per(std::string_view units) {
-  const std::string name = lowered(units);
-  if (name.find("\"m\"") != std::string::npos) return 1e3;
-  if (name.find("\"cm\"") != std::string::npos) return 10.0;
-  if (name.find("\"um\"") != std::string::npos || name.find("micron") != std::string::npos)
+  const auto names = words(units, " \t\r\"");
+  if (names.empty()) return 1.0;
+  const std::string name = lowered(names.front());
+  if (name == "m" || name == "meter" || name == "meters") return 1e3;
+  if (name == "cm") return 10.0;
+  if (name == "um" || name == "\u00b5m" || name.starts_with("micron") ||
+      name.starts_with("micrometer"))
     return 1e-3;
   return 1.0;
 }
 
-Result<Grid> grid_of(const std::filesystem::path& file, const NrrdFields& header,
-                     const std::vector<NrrdAxis>& axes) {
+Result<Grid> grid_of(const NrrdFields& header, const std::vector<NrrdAxis>& axes, Raster& raster) {
+  const std::filesystem::path& file = raster.file;
   const glm::dvec3 signs = lps_signs(header.field("space"));
   const double scale_mm = mm_per(header.field("spaceunits"));
+  const auto is_space = [](const NrrdAxis& axis) { return axis.role == NrrdRole::kSpace; };
+  const auto count = std::count_if(axes.begin(), axes.end(), is_space);
+  if (count < 2 || count > 3)
+    return bad_input(file,
+                     "has {} axes of space, but three are needed, or two for a slice: save it as a "
+                     "3D image",
+                     count);
   Placement placement;
+  if (count == 2) {
+    placement.size.z = 1.0;
+    placement.spacing_mm.z = 0.0;
+    placement.axes[2] = glm::dvec3(0.0);
+  }
   int n = 0;
   for (const NrrdAxis& axis : axes) {
-    if (axis.role != NrrdRole::kSpace) continue;
+    if (!is_space(axis)) continue;
     placement.size[n] = axis.size;
-    if (axis.direction.size() >= 3) {
-      const glm::dvec3 step(axis.direction[0], axis.direction[1], axis.direction[2]);
+    if (axis.direction.size() >= 3 || (count == 2 && axis.direction.size() == 2)) {
+      const glm::dvec3 step(axis.direction[0], axis.direction[1],
+                            axis.direction.size() > 2 ? axis.direction[2] : 0.0);
       const double length = glm::length(step);
       placement.spacing_mm[n] = length * scale_mm;
       placement.axes[n] = signs * step / length;
@@ -96,20 +114,24 @@ Result<Grid> grid_of(const std::filesystem::path& file, const NrrdFields& header
       return bad_input(
           file, "has space directions with fewer than three components: save it as a 3D image");
     } else {
-      if (axis.spacing != 0.0) placement.spacing_mm[n] = axis.spacing;
-      placement.origin_mm[n] = axis.least;
+      const double axis_mm = mm_per(axis.unit);
+      if (axis.spacing != 0.0) placement.spacing_mm[n] = std::abs(axis.spacing) * axis_mm;
+      if (axis.spacing < 0.0) placement.axes[n] = -placement.axes[n];
+      placement.origin_mm[n] = axis.first * axis_mm;
     }
     ++n;
   }
-  if (n < 3)
-    return bad_input(file, "has {} axes of space, but three are needed: save it as a 3D image", n);
   if (const auto text = header.field("spaceorigin"); !text.empty()) {
     const auto origin = parse_nrrd_vector(text);
-    if (!origin || origin->size() < 3) {
+    if (!origin || origin->size() < size_t(count)) {
       return bad_input(file, "has a 'space origin' field that makes no sense: correct its header");
     }
-    placement.origin_mm = scale_mm * signs * glm::dvec3((*origin)[0], (*origin)[1], (*origin)[2]);
+    placement.origin_mm =
+        scale_mm * signs *
+        glm::dvec3((*origin)[0], (*origin)[1], origin->size() > 2 ? (*origin)[2] : 0.0);
   }
+  complete_slice(placement);
+  turn_ultrasound(header.key("UltrasoundImageOrientation"), int(count), placement, raster);
   return make_grid(file, placement);
 }
 
@@ -139,6 +161,35 @@ Status place_lanes(const std::vector<NrrdAxis>& axes, Raster& raster) {
     raster.lane_kind = axis.role == NrrdRole::kFrames ? LaneKind::kFrames : LaneKind::kComponents;
   }
   if (lane_axis == nullptr) raster.inner = raster.grid.count();
+  return Nothing{};
+}
+
+/// Vectors are measured along the axes of the measurement frame, whose columns lie in the file's
+/// space. Without one they are taken as ITK takes them, along L, P, S.
+Status turn_vectors(const NrrdFields& header, Raster& raster) {
+  if (raster.component_count() != 3) return Nothing{};
+  const glm::dvec3 signs = lps_signs(header.field("space"));
+  const auto text = header.field("measurementframe");
+  const auto columns = parse_nrrd_vectors(text);
+  const bool is_frame =
+      columns && columns->size() == 3 &&
+      std::all_of(columns->begin(), columns->end(), [](const auto& c) { return c.size() == 3; });
+  if (is_frame) {
+    for (int c = 0; c < 3; ++c) {
+      const std::vector<double>& column = (*columns)[size_t(c)];
+      raster.lps_from_vector[c] = signs * glm::dvec3(column[0], column[1], column[2]);
+    }
+    if (std::abs(glm::determinant(raster.lps_from_vector)) > 0.0) return Nothing{};
+  }
+  if (!text.empty() && lowered(text) != "none")
+    return bad_input(raster.file,
+                     "has a 'measurement frame' field that makes no sense: correct its header");
+  if (signs != glm::dvec3(1.0)) {
+    raster.notes.push_back(fmt::format(
+        "'{}' lies in another space than LPS and has no measurement frame: its vectors are taken "
+        "along L, P, S, as ITK takes them.",
+        raster.file.string()));
+  }
   return Nothing{};
 }
 
@@ -178,7 +229,7 @@ Status find_times(const NrrdFields& header, const std::vector<NrrdAxis>& axes, R
   const double step = axis->direction.size() == 4 ? axis->direction[3] : axis->spacing;
   if (!times && step > 0.0) {
     times = counted_times(raster.frame_count());
-    for (double& t : *times) t = axis->least + t * step;
+    for (double& t : *times) t = axis->first + t * step;
   }
   // Without a unit 0, 1, 2, ... is a count and anything else is seconds; with a unit like "%" it is
   // no time at all.
@@ -248,6 +299,8 @@ Status find_encoding(const NrrdFields& header, Raster& raster) {
     raster.encoding = Encoding::kRaw;
   } else if (encoding == "gzip" || encoding == "gz") {
     raster.encoding = Encoding::kDeflate;
+  } else if (encoding == "hex") {
+    raster.encoding = Encoding::kHex;
   } else if (encoding == "text" || encoding == "txt" || encoding == "ascii") {
     raster.encoding = Encoding::kText;
   } else {
@@ -266,8 +319,7 @@ Status find_encoding(const NrrdFields& header, Raster& raster) {
   const auto lines = header.field("lineskip"), bytes = header.field("byteskip");
   const auto line_skip = lines.empty() ? 0 : to_integer(lines).value_or(-1);
   const auto byte_skip = bytes.empty() ? 0 : to_integer(bytes).value_or(-2);
-  const bool compressed = raster.encoding == Encoding::kDeflate;
-  if (line_skip < 0 || byte_skip < -1 || (byte_skip == -1 && compressed)) {
+  if (line_skip < 0 || byte_skip < -1 || (byte_skip == -1 && raster.encoding != Encoding::kRaw)) {
     return bad_input(raster.file,
                      "has a line skip or byte skip that makes no sense: correct its header");
   }
@@ -292,11 +344,14 @@ Result<Raster> nrrd_raster(const std::filesystem::path& file, const NrrdFields& 
         file, "has samples of type '{}', which palpate does not read: save it as short or float",
         type);
   raster.type = *known;
-  auto grid = grid_of(file, header, axes);
+  auto grid = grid_of(header, axes, raster);
   if (!grid) return grid.error();
   raster.grid = *grid;
   if (const Status done = place_lanes(axes, raster); !done) return done.error();
+  if (const Status done = turn_vectors(header, raster); !done) return done.error();
   if (const Status done = find_times(header, axes, raster); !done) return done.error();
+  const FrameFields tracked = frame_fields(header.keys);
+  if (const Status done = apply_frame_fields(tracked, raster); !done) return done.error();
   if (const Status done = find_encoding(header, raster); !done) return done.error();
   if (const Status done = find_data(header, raster); !done) return done.error();
   if (header.field("datafile").empty()) raster.file_skip += header_bytes;

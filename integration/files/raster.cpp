@@ -99,6 +99,15 @@ size_t bytes_of(SampleType type) {
   return 1;
 }
 
+void complete_slice(Placement& placement) {
+  if (placement.size.z != 1.0) return;
+  if (!(glm::length(placement.axes[2]) > 0.0))
+    placement.axes[2] =
+        glm::cross(glm::normalize(placement.axes[0]), glm::normalize(placement.axes[1]));
+  if (!(placement.spacing_mm.z > 0.0))
+    placement.spacing_mm.z = std::max(placement.spacing_mm.x, placement.spacing_mm.y);
+}
+
 Result<Grid> make_grid(const std::filesystem::path& file, const Placement& placement) {
   if (const Status sound = check_size(file, placement.size); !sound) return sound.error();
   if (!all_finite(placement)) {
@@ -185,13 +194,15 @@ Status check_claims(const Raster& raster) {
   if (raster.encoding == Encoding::kDeflate) least = claimed / kDeflateLimit;
   if (raster.encoding == Encoding::kText)
     least = 2.0 * claimed / double(bytes_of(raster.type)) - 1.0;
+  if (raster.encoding == Encoding::kHex) least = 2.0 * claimed;
   if (available < least) {
+    const auto [promised, there] = bytes_to_compare(claimed, available);
     return bad_input(raster.file,
                      "is too short: its header promises {} of samples ({} x {} x {} x {}) but the "
                      "file holds {}: copy "
                      "or export it again",
-                     bytes_for_people(claimed), raster.grid.size.x, raster.grid.size.y,
-                     raster.grid.size.z, raster.lanes, bytes_for_people(available));
+                     promised, raster.grid.size.x, raster.grid.size.y, raster.grid.size.z,
+                     raster.lanes, there);
   }
   // One frame as float is the least that any use of the file needs.
   return check_fits_memory(

@@ -17,6 +17,7 @@ size_t bytes_of(SampleType type);
 enum class Encoding {
   kRaw,
   kDeflate,  ///< zlib or gzip stream
+  kHex,      ///< two hexadecimal digits per byte, white space between
   kText      ///< numbers in ASCII
 };
 
@@ -51,8 +52,10 @@ struct Raster {
   LaneKind lane_kind = LaneKind::kFrames;
   size_t lanes = 1;
   size_t inner = 1;
-  bool vectors_are_ras = false;  ///< components are along R, A, S: x and y change sign
-  std::vector<double> times_s;   ///< one per frame if times_known, else empty
+  glm::dmat3 lps_from_vector{1.0};  ///< turns the components of a vector to L, P, S
+  /// Vectors are the places (mm) to which their voxels move, not the displacements.
+  bool vectors_are_places = false;
+  std::vector<double> times_s;  ///< one per frame if times_known, else empty
   bool times_known = false;
   std::vector<std::string> notes;  ///< what a person should know of the file, a sentence each
   std::map<std::string, std::string> keys;  ///< "name:=value" lines of a NRRD header
@@ -71,6 +74,11 @@ struct Placement {
   glm::dvec3 origin_mm{0.0};  ///< LPS
   glm::dmat3 axes{1.0};       ///< columns: directions of i, j, k in LPS
 };
+
+/// Makes a slice of a picture of two dimensions: where it has one sample along k and the file gives
+/// no third axis, k is perpendicular to i and j, and where it gives no third spacing, the slice is
+/// as thick as its larger pixel edge.
+void complete_slice(Placement& placement);
 
 /// The grid, or a sentence why it is not possible: empty or absurd size, spacing that is not
 /// positive, axes that are not perpendicular. Left-handed axes become right-handed by counting j

@@ -95,6 +95,10 @@ Result<Raster> read_packed_nifti(const std::filesystem::path& file) {
   const auto got = source->read(bytes.data(), bytes.size());
   if (!got) return got.error();
   bytes.resize(*got);
+  if (!starts_like_nifti(bytes)) {
+    return bad_input(file, "is a packed file but no NIfTI image{}: unpack it with gunzip first",
+                     start_of_dicom(bytes) ? " (it is DICOM)" : "");
+  }
   return parse_nifti_header(file, bytes, true);
 }
 

@@ -67,11 +67,13 @@ SequenceReader::SequenceReader(SequenceReader&&) noexcept = default;
 SequenceReader& SequenceReader::operator=(SequenceReader&&) noexcept = default;
 SequenceReader::~SequenceReader() = default;
 
-Result<SequenceReader> SequenceReader::open(const std::vector<fs::path>& inputs) {
+Result<SequenceReader> SequenceReader::open(const std::vector<fs::path>& inputs,
+                                            std::optional<float> nan_as) {
   if (inputs.empty())
     return Error{ErrorKind::kBadInput, "There is no input: name a file or folder"};
   auto source = inputs.size() == 1 ? open_one(inputs.front()) : open_several(inputs);
   if (!source) return source.error();
+  (*source)->nan_as = nan_as;
   return SequenceReader(inputs.front().string(), std::move(*source));
 }
 
@@ -104,6 +106,9 @@ const std::string& SequenceReader::ordered_by() const {
 }
 const std::vector<std::string>& SequenceReader::notes() const {
   return source_->notes;
+}
+const std::vector<uint8_t>& SequenceReader::numbers() const {
+  return source_->numbers;
 }
 Result<Volume> SequenceReader::frame(size_t k) {
   return source_->frame(k);

@@ -27,7 +27,9 @@ class SequenceReader {
   /// Reads headers only; all frames are known to have one grid when it returns. A single frame is
   /// no error here. kBadInput with a sentence for what can not be read, kOutOfMemory if one frame
   /// does not fit.
-  static Result<SequenceReader> open(const std::vector<std::filesystem::path>& inputs);
+  /// nan_as: what samples that are NaN become; without it they are refused.
+  static Result<SequenceReader> open(const std::vector<std::filesystem::path>& inputs,
+                                     std::optional<float> nan_as = {});
 
   SequenceReader(SequenceReader&&) noexcept;
   SequenceReader& operator=(SequenceReader&&) noexcept;
@@ -44,9 +46,13 @@ class SequenceReader {
   /// and which of its claims is used.
   const std::vector<std::string>& notes() const;
 
+  /// 1 where no frame read so far had a NaN that was replaced, 0 elsewhere, shape (nz, ny, nx);
+  /// empty if there was none.
+  const std::vector<uint8_t>& numbers() const;
+
   /// Frame k as float, rescaled once. Cheapest in rising order: going back reads a packed file
-  /// again from its start. kBadInput if the data end early, are damaged, or hold values that are
-  /// not finite (how many and where the first is).
+  /// again from its start. kBadInput if the data end early or are damaged, kNotFinite if they hold
+  /// values that are not finite (how many and where the first is).
   Result<Volume> frame(size_t k);
 
  private:

@@ -21,6 +21,21 @@ std::vector<fs::path> files_of(const std::vector<fs::path>& inputs) {
   return inputs;
 }
 
+/// Components as the file has them become displacements in mm along L, P, S.
+void turn_to_lps(const Raster& raster, VectorFrame& vectors) {
+  const glm::ivec3 size = raster.grid.size;
+  glm::vec3* v = vectors.values.data();
+  for (int k = 0; k < size.z; ++k) {
+    for (int j = 0; j < size.y; ++j) {
+      for (int i = 0; i < size.x; ++i, ++v) {
+        glm::dvec3 lps = raster.lps_from_vector * glm::dvec3(*v);
+        if (raster.vectors_are_places) lps -= raster.grid.lps_from_index({i, j, k});
+        *v = lps;
+      }
+    }
+  }
+}
+
 Result<VectorFrame> vectors_of(const Raster& raster, size_t frame) {
   auto stream = SampleStream::open(raster);
   if (!stream) return stream.error();
@@ -33,9 +48,8 @@ Result<VectorFrame> vectors_of(const Raster& raster, size_t frame) {
   const Status finite = check_finite(raster.file, frame, vectors.grid, values, 3);
   if (!finite) return finite.error();
   reverse_j(vectors.grid, values, 3);
-  if (raster.vectors_are_ras) {
-    for (glm::vec3& v : vectors.values) v = {-v.x, -v.y, v.z};
-  }
+  if (raster.lps_from_vector != glm::dmat3(1.0) || raster.vectors_are_places)
+    turn_to_lps(raster, vectors);
   return vectors;
 }
 
@@ -59,8 +73,9 @@ Result<Raster> fitting_raw_header(const fs::path& file, const RawSamples& sample
 
 }  // namespace
 
-Result<Volume> read_volume(const std::filesystem::path& input, Notes* notes) {
-  auto reader = SequenceReader::open({input});
+Result<Volume> read_volume(const std::filesystem::path& input, Notes* notes,
+                           std::optional<float> nan_as) {
+  auto reader = SequenceReader::open({input}, nan_as);
   if (!reader) return reader.error();
   if (reader->frame_count() != 1) {
     return bad_input(input,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,8 +19,10 @@ using Notes = std::vector<std::string>;
 
 /// Exactly one 3D frame: a NRRD, MetaImage or NIfTI file (a 4D file with one frame will do) or a
 /// folder of DICOM slices. Rescaled once. Left-handed axes are made right-handed, see make_grid().
-/// kBadInput with a sentence otherwise. Any thread.
-Result<Volume> read_volume(const std::filesystem::path& input, Notes* notes = nullptr);
+/// nan_as: what samples that are NaN become; without it kNotFinite refuses them. kBadInput with a
+/// sentence otherwise. Any thread.
+Result<Volume> read_volume(const std::filesystem::path& input, Notes* notes = nullptr,
+                           std::optional<float> nan_as = {});
 
 /// The same as a mask: what is not zero is inside (1), what is zero is outside (0).
 Result<Mask> read_mask(const std::filesystem::path& input, Notes* notes = nullptr);

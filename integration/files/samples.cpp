@@ -77,6 +77,7 @@ Result<SampleStream> SampleStream::open(const Raster& raster) {
   if (const Status sound = check_claims(raster); !sound) return sound.error();
   ByteSource::Options options;
   options.deflate = raster.encoding == Encoding::kDeflate;
+  options.hex = raster.encoding == Encoding::kHex;
   options.file_skip = raster.file_skip;
   options.line_skip = raster.line_skip;
   if (raster.samples_at_end) options.last_bytes = raster.byte_count() / raster.data.size();
@@ -213,11 +214,13 @@ Status check_finite(const std::filesystem::path& file, size_t frame, const Grid&
   while (!is_bad(first)) ++first;
   const size_t voxel = first / components;
   const size_t nx = size_t(grid.size.x), ny = size_t(grid.size.y);
-  return bad_input(file,
-                   "holds {} values that are not finite (NaN or Inf) in frame {}, the first at "
-                   "voxel ({}, {}, {}): "
-                   "replace them, for example by the background value",
-                   bad, frame, voxel % nx, voxel / nx % ny, voxel / (nx * ny));
+  Error error = bad_input(file,
+                          "holds {} values that are not finite (NaN or Inf) in frame {}, the first "
+                          "at voxel ({}, {}, {}): "
+                          "replace them, for example by the background value",
+                          bad, frame, voxel % nx, voxel / nx % ny, voxel / (nx * ny));
+  if (components == 1) error.kind = ErrorKind::kNotFinite;
+  return error;
 }
 
 }  // namespace palpate::files

@@ -35,8 +35,8 @@ class SampleStream {
   uint64_t position_ = 0;  ///< samples delivered
 };
 
-/// The sentence about values that are not finite, if there are any. Shape of values: (nz, ny, nx,
-/// components).
+/// The sentence about values that are not finite, if there are any; kNotFinite for one component,
+/// else kBadInput. Shape of values: (nz, ny, nx, components).
 Status check_finite(const std::filesystem::path& file, size_t frame, const Grid& grid,
                     const float* values, size_t components);
 

@@ -138,6 +138,9 @@ class JsonSceneReader {
     read_raw(o, "raw", v.raw);
     if (v.raw && v.files.size() != 1)
       o.refuse("raw", "it says what is in one file without a header: name just one file");
+    if (double nan_as = 0.0; o.number("nan_as", nan_as)) v.nan_as = nan_as;
+    if (v.nan_as && v.files.empty())
+      o.refuse("nan_as", "only files hold what is no number: leave this out");
     const json* motions = o.list("motions");
     if (!motions || !o.good()) return;
     if (v.raw)

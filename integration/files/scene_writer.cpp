@@ -90,6 +90,7 @@ class JsonSceneWriter {
                               {"softness_m", c.softness_m}});
     if (!v.files.empty()) o["files"] = paths(v.files);
     if (v.raw) o["raw"] = raw(*v.raw);
+    if (v.nan_as) o["nan_as"] = *v.nan_as;
     for (const MotionSpec& m : v.motions) {
       OrderedJson motion = {{"name", m.name}, {"fields", paths(m.fields)}};
       if (!m.confidences.empty()) motion["confidences"] = paths(m.confidences);

@@ -13,6 +13,14 @@ namespace palpate::files {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+std::string numbers_text(glm::dvec3 v) {
+  return fmt::format("{} {} {}", v.x, v.y, v.z);
+}
+
+}  // namespace
+
 bool holds_sequence_motion(const fs::path& file) {
   const auto text = read_nrrd_header_text(file);
   if (!text) return false;
@@ -33,7 +41,7 @@ Result<SequenceMotion> read_sequence_motion(const fs::path& file) {
   auto stream = SampleStream::open(header->raster);
   if (!stream) return stream.error();
   const Grid& grid = header->raster.grid;
-  SequenceMotion motion{header->reference, header->basis, {}};
+  SequenceMotion motion{header->reference, header->basis, {}, header->frames_grid};
   for (size_t n = 0; n < motion.basis.terms(); ++n) {
     Field term{grid, std::vector<glm::vec3>(grid.count())};
     float* const values = &term.u_mm.front().x;
@@ -60,6 +68,17 @@ Status write_sequence_motion(const SequenceMotion& motion, const fs::path& file)
       {"SequenceMotion.FrameTimes_s", fmt::format("{}", fmt::join(motion.basis.times_s, " "))},
       {"SequenceMotion.Cycle_s", fmt::format("{}", motion.basis.cycle_s)},
       {"SequenceMotion.Harmonics", fmt::format("{}", motion.basis.harmonics)}};
+  if (motion.frames_grid) {
+    const Grid grid = as_in_file(*motion.frames_grid);
+    const glm::dmat3& axes = grid.direction;
+    picture.keys.insert(picture.keys.end(),
+                        {{"SequenceMotion.FramesSize", numbers_text(glm::dvec3(grid.size))},
+                         {"SequenceMotion.FramesSpacing_mm", numbers_text(grid.spacing_mm)},
+                         {"SequenceMotion.FramesOrigin_mm", numbers_text(grid.origin_mm)},
+                         {"SequenceMotion.FramesDirections",
+                          fmt::format("{} {} {}", numbers_text(axes[0]), numbers_text(axes[1]),
+                                      numbers_text(axes[2]))}});
+  }
   return write_picture(picture, file);
 }
 

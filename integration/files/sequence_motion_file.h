@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string_view>
 
 #include "compute/volume/result.h"
@@ -21,6 +22,10 @@ namespace palpate::files {
 ///   SequenceMotion.FrameTimes_s:=0 0.05 ...  rising, the first 0
 ///   SequenceMotion.Cycle_s:=1               above the last time; 0: not cyclic
 ///   SequenceMotion.Harmonics:=5             0: u at the frames, smooth curves between them
+///   SequenceMotion.FramesSize:=64 64 32     the grid of the frames, where it is known: samples,
+///   SequenceMotion.FramesSpacing_mm:=1 1 2  spacing, place of the first sample (LPS mm) and the
+///   SequenceMotion.FramesOrigin_mm:=0 0 0   directions of x, y, z, three numbers each
+///   SequenceMotion.FramesDirections:=1 0 0 0 1 0 0 0 1
 ///
 /// Whatever reads NRRD reads it; the same layout without the keys is 3D Slicer's of a sequence of
 /// displacement fields.
@@ -31,6 +36,7 @@ struct SequenceMotionHeader {
   Raster raster;  ///< its lanes are all components of all terms, in the order of the file
   size_t reference = 0;
   TimeBasis basis;
+  std::optional<Grid> frames_grid;
 };
 
 /// Pure; `text` is all before the first sample. kBadInput with a sentence for any other NRRD.

@@ -33,6 +33,29 @@ Result<TimeBasis> basis_of(const std::filesystem::path& file, const NrrdFields& 
   return TimeBasis{*times, *cycle, int(*harmonics)};
 }
 
+/// The grid of the frames, where the file has it: files of before palpate kept it have none.
+Result<std::optional<Grid>> frames_grid_of(const std::filesystem::path& file,
+                                           const NrrdFields& header) {
+  if (header.key("SequenceMotion.FramesSize").empty()) return std::optional<Grid>();
+  const auto size = to_numbers(header.key("SequenceMotion.FramesSize"));
+  const auto spacing = to_numbers(header.key("SequenceMotion.FramesSpacing_mm"));
+  const auto origin = to_numbers(header.key("SequenceMotion.FramesOrigin_mm"));
+  const auto axes = to_numbers(header.key("SequenceMotion.FramesDirections"));
+  if (!size || size->size() != 3 || !spacing || spacing->size() != 3 || !origin ||
+      origin->size() != 3 || !axes || axes->size() != 9)
+    return damaged(file, "the grid of its frames makes no sense");
+  Placement placement;
+  for (int a = 0; a < 3; ++a) {
+    placement.size[a] = (*size)[size_t(a)];
+    placement.spacing_mm[a] = (*spacing)[size_t(a)];
+    placement.origin_mm[a] = (*origin)[size_t(a)];
+    for (int row = 0; row < 3; ++row) placement.axes[a][row] = (*axes)[size_t(3 * a + row)];
+  }
+  const auto grid = make_grid(file, placement);
+  if (!grid) return grid.error();
+  return std::optional<Grid>(*grid);
+}
+
 }  // namespace
 
 Result<SequenceMotionHeader> parse_sequence_motion_header(const std::filesystem::path& file,
@@ -57,6 +80,9 @@ Result<SequenceMotionHeader> parse_sequence_motion_header(const std::filesystem:
   if (!reference || *reference < 0 || size_t(*reference) >= found.basis.times_s.size())
     return damaged(file, "its reference frame is none of its frames");
   found.reference = size_t(*reference);
+  auto frames_grid = frames_grid_of(file, *header);
+  if (!frames_grid) return frames_grid.error();
+  found.frames_grid = *frames_grid;
   auto axes = nrrd_axes(file, *header);
   if (!axes) return axes.error();
   const bool in_order = axes->size() == kAxes && (*axes)[0].role == NrrdRole::kComponents &&

@@ -129,10 +129,9 @@ Result<Frames> frames_in_memory(std::shared_ptr<const Sequence> sequence) {
 /// Returns a function that opens the frames again. Its first call returns the frames that were read
 /// and kept; later calls read the files again, so that the frames do not stay in memory beside
 /// their splines.
-std::function<Result<Frames>()> opener(const std::vector<fs::path>& files,
-                                       const SequenceChoices& choices,
+std::function<Result<Frames>()> opener(const VolumeSpec& spec, const SequenceChoices& choices,
                                        std::shared_ptr<const Sequence> of_files) {
-  if (const auto given = given_for(files, choices))
+  if (const auto given = given_for(spec.files, choices))
     return [given] { return frames_in_memory({given, &given->frames}); };
   struct Held {
     std::atomic_flag taken;
@@ -140,22 +139,22 @@ std::function<Result<Frames>()> opener(const std::vector<fs::path>& files,
   };
   const auto held = std::make_shared<Held>();
   held->sequence = std::move(of_files);
-  return [files, held] {
+  return [paths = spec.files, nan_as = spec.nan_as, held] {
     if (!held->taken.test_and_set() && held->sequence)
       return frames_in_memory(std::move(held->sequence));
-    return files::open_sequence(files);
+    return files::open_sequence(paths, nan_as);
   };
 }
 
 /// Reads all frames of files, also a single one.
-Result<Sequence> read_frames(const std::vector<fs::path>& inputs, const SequenceChoices& choices,
+Result<Sequence> read_frames(const VolumeSpec& spec, const SequenceChoices& choices,
                              FirstFrame& samples, const OnDoing& doing,
                              std::vector<std::string>& notes) {
-  if (const auto given = given_for(inputs, choices)) {
+  if (const auto given = given_for(spec.files, choices)) {
     for (const Volume& frame : given->frames.frames) samples.add(frame);
     return given->frames;
   }
-  auto reader = files::SequenceReader::open(inputs);
+  auto reader = files::SequenceReader::open(spec.files, spec.nan_as);
   if (!reader) return reader.error();
   notes.insert(notes.end(), reader->notes().begin(), reader->notes().end());
   Sequence sequence;
@@ -206,7 +205,7 @@ Status read_whole(const fs::path& file, VolumeSpec& spec, const SequenceChoices&
                             "it");
   auto motion = files::read_sequence_motion(file);
   if (!motion) return motion.error();
-  auto reader = files::SequenceReader::open(spec.files);
+  auto reader = files::SequenceReader::open(spec.files, spec.nan_as);
   if (!reader) return reader.error();
   if (reader->frame_count() != motion->frames())
     return files::bad_input(file,
@@ -214,7 +213,7 @@ Status read_whole(const fs::path& file, VolumeSpec& spec, const SequenceChoices&
                             "of this sequence",
                             motion->frames(), reader->name(), reader->frame_count());
   if (spec.values.value_or(CarriedValues::kReference) != CarriedValues::kReference) {
-    auto frames = read_frames(spec.files, choices, samples, doing, notes);
+    auto frames = read_frames(spec, choices, samples, doing, notes);
     if (!frames) return frames.error();
     data.frames = std::move(*frames);
     if (spec.values == CarriedValues::kMean) {
@@ -297,6 +296,7 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, const SequenceChoices& cho
                                     std::vector<std::string>& notes) {
   if (doing) doing("preparing " + spec.name);
   if (!spec.source.empty()) return build(spec);
+  if (choices.nan_as) spec.nan_as = choices.nan_as;
   VolumeData data;
   const auto given = given_for(spec.files, choices);
   const bool is_raw = spec.raw.has_value() && !given;
@@ -317,8 +317,8 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, const SequenceChoices& cho
       const Status read = read_whole(whole, spec, choices, data, samples, doing, notes);
       if (!read) return read.error();
     } else {
-      auto frames = is_raw ? raw_frames(spec, samples)
-                           : read_frames(spec.files, choices, samples, doing, notes);
+      auto frames =
+          is_raw ? raw_frames(spec, samples) : read_frames(spec, choices, samples, doing, notes);
       if (!frames) return frames.error();
       // One motion for all frames reads each frame more than once. If only steps are estimated the
       // frames are read again instead: a long sequence then takes no more memory than its splines.
@@ -396,7 +396,7 @@ Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, const F
                     "frames is known.",
                     spec.segments.from == SegmentsFrom::kFiles ? "segmentation" : "wall",
                     volume.segments_frame, spec.name));
-    scene.missing.push_back({v, opener(spec.files, choices, samples.all),
+    scene.missing.push_back({v, opener(spec, choices, samples.all),
                              std::make_shared<const MovingVolume>(std::move(volume))});
     scene.data.push_back(std::make_shared<const MovingVolume>(std::move(*standing)));
     return Nothing{};
@@ -406,7 +406,7 @@ Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, const F
   const bool vectors = volume.frames.front()->is_vector();
   if (!volume.is_still() && volume.motions.empty() && !volume.whole && spec.source.empty() &&
       !vectors)
-    scene.missing.push_back({v, opener(spec.files, choices, samples.all), nullptr});
+    scene.missing.push_back({v, opener(spec, choices, samples.all), nullptr});
   scene.data.push_back(std::make_shared<const MovingVolume>(std::move(volume)));
   return Nothing{};
 }

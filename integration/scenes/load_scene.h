@@ -40,6 +40,7 @@ struct SequenceChoices {
   double strength_n = 4.0;
   double friction = 0.2;
   double frames_per_second = 0.0;  ///< 0: as the file says
+  std::optional<float> nan_as;     ///< VolumeSpec::nan_as of all volumes of files
   /// written by palpate motion: its folder, or its single file; empty: none
   std::filesystem::path fields;
   bool cyclic = true;

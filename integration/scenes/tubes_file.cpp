@@ -6,7 +6,7 @@ namespace palpate::scenes {
 
 Status write_tubes(const std::filesystem::path& path, const ReleasedTubes& tubes) {
   files::VtkLines lines;
-  lines.title = "palpate stream tubes, mm";
+  lines.title = kTubesTitle;
   files::VtkNumbers length{"length", 1, {}}, to_first{"to_first_frame", 3, {}};
   files::VtkNumbers volume{"volume", 1, {}}, field{"field", 1, {}}, frame{"frame", 1, {}},
       kept{"kept", 1, {}};

@@ -7,6 +7,9 @@
 
 namespace palpate::scenes {
 
+/// The title of such a file, in its second line.
+inline constexpr const char* kTubesTitle = "palpate stream tubes, mm";
+
 /// Writes stream tubes as lines in the patient space of their volumes (LPS, mm), at the places
 /// where they were released: there they are the field lines. Per point: `length` of the vector
 /// (StreamTube::lengths()) and `to_first_frame`, the displacement by the motion to the first frame

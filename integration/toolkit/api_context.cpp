@@ -1,4 +1,6 @@
 // Contexts, errors, and conversion of the host's grids and samples.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,6 +18,7 @@ thread_local std::array<char, 1024> last_error{};
 PalResult result_of(ErrorKind kind) noexcept {
   switch (kind) {
     case ErrorKind::kBadInput:
+    case ErrorKind::kNotFinite:
       return PAL_BAD_INPUT;
     case ErrorKind::kBadOutput:
       return PAL_BAD_OUTPUT;
@@ -70,7 +73,13 @@ Result<Grid> grid_of(const PalGrid& grid) {
     for (int row = 0; row < 3 && has_direction; ++row)
       placement.axes[a][row] = grid.direction[3 * row + a];
   }
-  return files::make_grid("PalGrid", placement);
+  if (const auto sound = files::make_grid("PalGrid", placement)) return sound;
+  return Error{ErrorKind::kBadInput,
+               fmt::format("A grid of {} x {} x {} samples, {:.4g} x {:.4g} x {:.4g} mm apart, can "
+                           "not be: it needs samples, positive spacings, and perpendicular axes, "
+                           "all finite",
+                           grid.size[0], grid.size[1], grid.size[2], grid.spacing_mm[0],
+                           grid.spacing_mm[1], grid.spacing_mm[2])};
 }
 
 Result<Volume> volume_of(const Grid& grid, PalSampleType type, const void* samples) {

@@ -280,7 +280,9 @@ class EstimatorContent {
 
 Result<SequenceMotion> whole_of(const MotionContent& motion) {
   if (motion.whole) return *motion.whole;
-  return motion_of_steps(motion.steps, motion.times, frame_nearest_the_mean(motion.steps));
+  auto whole = motion_of_steps(motion.steps, motion.times, frame_nearest_the_mean(motion.steps));
+  if (whole) whole->frames_grid = motion.grid;
+  return whole;
 }
 
 namespace {
@@ -497,8 +499,8 @@ PalResult pal_motion_open(PalContext* context, const char* path, PalMotion** mot
     auto read = palpate::files::read_sequence_motion(path);
     if (!read) return failed(read.error());
     auto content = std::make_shared<MotionContent>();
-    content->grid = read->terms.front().grid;
-    content->has_frames_grid = false;
+    content->is_from_file = true;
+    content->grid = read->frames_grid.value_or(read->terms.front().grid);
     content->frames = read->frames();
     content->times = read->basis;
     content->whole = std::move(*read);
@@ -557,8 +559,8 @@ PalResult pal_motion_warp(const PalMotion* motion, const PalFieldInfo* info, Pal
                           const void* samples, float* warped) {
   return with(motion, info, [&](const MotionContent& of_motion, const PalFieldInfo& wanted) {
     if (!warped) return failed(PAL_BAD_INPUT, {"The argument that takes the warped frame is NULL"});
-    const auto grid = of_motion.has_frames_grid ? palpate::Result<palpate::Grid>(of_motion.grid)
-                                                : grid_for(wanted, of_motion);
+    const auto grid = of_motion.is_from_file ? grid_for(wanted, of_motion)
+                                             : palpate::Result<palpate::Grid>(of_motion.grid);
     if (!grid) return failed(grid.error());
     const auto frame = volume_of(*grid, type, samples);
     if (!frame) return failed(frame.error());

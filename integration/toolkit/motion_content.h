@@ -13,8 +13,8 @@ namespace palpate::toolkit {
 
 /// The content of a PalMotion. Immutable.
 struct MotionContent {
-  Grid grid;                    ///< of the frames
-  bool has_frames_grid = true;  ///< false: `grid` is only the grid on which the motion was solved
+  Grid grid;  ///< of the frames; of an old file, the one on which the motion was solved
+  bool is_from_file = false;  ///< the host's frames may lie on a grid of their own
   size_t frames = 0;
   std::vector<Field> steps;  ///< on the grids on which they were solved; empty with `whole`
   std::optional<SequenceMotion> whole;

@@ -238,9 +238,9 @@ PAL_API PalResult pal_estimator_close(PalEstimator** estimator);
 PAL_API PalResult pal_motion_close(PalMotion** motion);
 
 /* Opens one motion for all frames, from the single file that `palpate motion` and pal_motion_save()
-   write. The file does not contain the frames' grid. In its place stands the grid on which the
-   motion was solved, which covers the same region with fewer samples; the functions below mean this
-   grid where they say "the frames' grid". For a field or a frame on the frames' real grid give that
+   write. Older files do not contain the frames' grid; in its place stands the grid on which the
+   motion was solved, which covers the same region with fewer samples, and the functions below mean
+   this grid where they say "the frames' grid". For a field or a frame on another grid give that
    grid in PalFieldInfo.grid; pal_motion_warp() then takes its frame to be on it, too. [ANY] */
 PAL_API PalResult pal_motion_open(PalContext* context, const char* path, PalMotion** motion);
 

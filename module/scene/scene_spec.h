@@ -184,6 +184,7 @@ struct VolumeSpec {
   std::vector<PointCharge> charges;  ///< of the source "charges": their potential, V
   std::vector<std::filesystem::path> files;  ///< frames, as palpate motion takes them
   std::optional<RawSamples> raw;             ///< the only file has no header: what is in it
+  std::optional<double> nan_as;  ///< what samples of scalar files become that are NaN; else refused
   std::vector<MotionSpec> motions;
   Transform transform;  ///< world_from_volume at the start
   bool centred = true;  ///< files: put the middle of the data at the transform's translation

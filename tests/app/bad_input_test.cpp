@@ -55,6 +55,50 @@ TEST(MotionCommand, LeavesOldResultsAloneWhenTheLastFrameIsDamaged) {
   EXPECT_EQ(entries, 1U);
 }
 
+TEST(MotionCommand, ReplacesNaNWhereItIsAskedForAndMasksIt) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const Sequence heart = small_heart(2);
+  const Grid& grid = heart.frames[0].grid;
+  Volume fixed = heart.frames[0], moving = heart.frames[1];
+  Mask body{grid, std::vector<uint8_t>(grid.count(), 1)};
+  for (int k = 0; k < grid.size.z; ++k)
+    for (int j = 0; j < grid.size.y; ++j)
+      for (int i = 0; i < 9; ++i) {
+        body.values[grid.offset(i, j, k)] = 0;
+        fixed.values[grid.offset(i, j, k)] = moving.values[grid.offset(i, j, k)] = 5.0F;
+      }
+  const std::string clean_fixed = written(fixed, folder / "clean_fixed.nii"),
+                    clean_moving = written(moving, folder / "clean_moving.nii"),
+                    mask = folder / "mask.nii";
+  ASSERT_TRUE(files::write_mask(body, mask));
+  for (size_t v = 0; v < body.values.size(); ++v)
+    if (body.values[v] == 0)
+      fixed.values[v] = moving.values[v] = std::numeric_limits<float>::quiet_NaN();
+  const std::string nan_fixed = written(fixed, folder / "fixed.nii"),
+                    nan_moving = written(moving, folder / "moving.nii");
+  // Refused without the option, which the sentence names.
+  expect_refused(run({"motion", nan_fixed, nan_moving, "-o", folder / "u.nii"}),
+                 {"fixed.nii", "not finite", "--nan-as"});
+  // With it the field is that of the mask.
+  const Outcome with =
+                    run({"motion", nan_fixed, nan_moving, "-o", folder / "u.nii", "--nan-as", "5"}),
+                masked = run(
+                    {"motion", clean_fixed, clean_moving, "-o", folder / "v.nii", "--mask", mask});
+  ASSERT_EQ(with.exit_code, masked.exit_code) << with.err << masked.err;
+  EXPECT_THAT(with.out, HasSubstr("NaN became 5"));
+  EXPECT_EQ(files::read_bytes(folder / "u.nii"), files::read_bytes(folder / "v.nii"));
+  // check and view take it too.
+  const Outcome checked = run({"check", folder / "u.nii", "--fixed", nan_fixed, "--moving",
+                               nan_moving, "--nan-as", "5", "--json"}),
+                wanted = run({"check", folder / "v.nii", "--fixed", clean_fixed, "--moving",
+                              clean_moving, "--mask", mask, "--json"});
+  ASSERT_EQ(checked.exit_code, wanted.exit_code) << checked.err;
+  EXPECT_EQ(checked.json()["match"], wanted.json()["match"]);
+  expect_refused(run({"plan", nan_fixed}), {"--nan-as"});
+  EXPECT_EQ(run({"plan", nan_fixed, "--nan-as", "5"}).exit_code, 0);
+}
+
 TEST(MotionCommand, SaysHowFarApartFramesAreThatDoNotOverlap) {
   const TemporaryFolder folder;
   const Volume frame = small_heart(2).frames[0];

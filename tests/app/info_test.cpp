@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "integration/files/calibration_file.h"
+#include "integration/files/vtk_lines.h"
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 #include "tests/files/dicom_files.h"
@@ -223,6 +224,22 @@ TEST(Info, OfWhatPalpateItselfWrites) {
 
   std::ofstream(folder / "points.csv") << "x,y,z\n1,2,3\n4,5,6\n";
   EXPECT_EQ(info(folder / "points.csv")["kind"], "landmarks");
+}
+
+TEST(Info, OfReleasedTubes) {
+  const TemporaryFolder folder;
+  const std::string file = folder / "tubes.vtk";
+  files::VtkLines lines;
+  lines.title = "palpate stream tubes, mm";
+  lines.points_mm = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {5, 5, 5}, {6, 5, 5}};
+  lines.lines = {{0, 1, 2}, {3, 4}};
+  ASSERT_TRUE(files::write_vtk_lines(file, lines));
+  const auto json = info(file);
+  EXPECT_EQ(json["kind"], "tubes");
+  EXPECT_EQ(json["more"][0][1], "2 with 5 points");
+  lines.title = "somebody's";
+  ASSERT_TRUE(files::write_vtk_lines(file, lines));
+  EXPECT_EQ(run({"info", file}).exit_code, 2);
 }
 
 TEST(Info, OfAFolderOfFieldsAndOfAFolderOfFrames) {

@@ -35,6 +35,7 @@ class BadInput : public ::testing::Test {
     if (found) return {};
     expect_sentence(found.error(), name);
     EXPECT_TRUE(found.error().kind == ErrorKind::kBadInput ||
+                found.error().kind == ErrorKind::kNotFinite ||
                 found.error().kind == ErrorKind::kOutOfMemory);
     return found.error().message;
   }
@@ -77,6 +78,15 @@ TEST_F(BadInput, TruncatedDataSaysHowMuchIsMissing) {
   write_bytes(folder_ / "v.mha", whole.substr(0, whole.size() - 100));
   EXPECT_THAT(volume_error("v.mha"),
               AllOf(HasSubstr("promises 240 bytes"), HasSubstr("holds 140 bytes")));
+}
+
+TEST_F(BadInput, SizesThatWouldReadTheSameAreWrittenOut) {
+  write_bytes(
+      folder_ / "v.mha",
+      "NDims = 3\nDimSize = 1000 1500 1\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n" +
+          std::string(1'499'999, 'x'));
+  EXPECT_THAT(volume_error("v.mha"),
+              AllOf(HasSubstr("promises 1500000 bytes"), HasSubstr("holds 1499999 bytes")));
 }
 
 TEST_F(BadInput, EmptyFilesAreCalledEmpty) {

@@ -1,10 +1,13 @@
 // Features of NIfTI and MetaImage that ITK does not write: scaling, units, swapped bytes, pairs,
 // lists, a qform alone.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "integration/files/frames.h"
 #include "integration/files/image_writer.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
@@ -281,6 +284,115 @@ TEST(NiftiReader, ReadsAPairOfHeaderAndImage) {
   const auto lost = read_volume(folder / "v.hdr");
   ASSERT_FALSE(lost);
   EXPECT_THAT(lost.error().message, HasSubstr("v.img"));
+}
+
+TEST(NiftiReader, FindsSamplesBehindTheHeaderWhereItDoesNotSayWhere) {
+  const TemporaryFolder folder;
+  std::string header = nifti_header(straight_grid());
+  const std::string samples = bytes_of_values<float>(known_volume(straight_grid()).values);
+  put<float>(header, 108, 0.0f);
+  std::string nifti2 = nifti2_of(header);
+  put<int64_t>(nifti2, 168, 0);
+  for (const std::string& bytes : {header + samples, nifti2 + samples}) {
+    write_bytes(folder / "v.nii", bytes);
+    const auto found = read_volume(folder / "v.nii");
+    ASSERT_TRUE(found) << found.error().message;
+    EXPECT_EQ(found->values, known_volume(straight_grid()).values);
+  }
+  // Anything else before the end of the header is damage.
+  put<float>(header, 108, 100.0f);
+  write_bytes(folder / "v.nii", header + samples);
+  EXPECT_FALSE(read_volume(folder / "v.nii"));
+}
+
+TEST(NiftiReader, ReadsAPictureOfTwoDimensionsAsASlice) {
+  const TemporaryFolder folder;
+  std::string header = nifti_header(straight_grid({5, 4, 1}));
+  put<int16_t>(header, 40, 2);
+  put<int16_t>(header, 46, 0);  // beyond the dimensions the header says nothing
+  put<float>(header, 88, 0.0f);
+  for (int r = 0; r < 3; ++r) put<float>(header, 288 + 16 * size_t(r), 0.0f);
+  const std::string samples = bytes_of_values<float>(known_volume(straight_grid({5, 4, 1})).values);
+  for (const int form : {1, 0}) {
+    put<int16_t>(header, 252, int16_t(form));
+    put<int16_t>(header, 254, int16_t(form));
+    write_bytes(folder / "v.nii", header + samples);
+    const auto found = read_volume(folder / "v.nii");
+    ASSERT_TRUE(found) << found.error().message;
+    EXPECT_EQ(found->grid.size, glm::ivec3(5, 4, 1));
+    EXPECT_LT(glm::length(found->grid.spacing_mm - glm::dvec3(0.75, 1.25, 1.25)),
+              kNiftiToleranceMm);
+    EXPECT_EQ(found->values, known_volume(straight_grid({5, 4, 1})).values);
+  }
+}
+
+TEST(NotANumber, BecomesTheValueThatIsAskedForAndIsTakenOutOfTheMask) {
+  const TemporaryFolder folder;
+  for (const bool mirrored : {false, true}) {
+    Grid grid = oblique_grid();
+    grid.j_reversed_in_file = mirrored;
+    Sequence frames{"", {known_volume(grid), known_volume(grid, 1)}, {0.0, 1.0}, true};
+    frames.frames[0].values[grid.offset(1, 0, 2)] = NAN;
+    frames.frames[1].values[grid.offset(4, 3, 0)] = NAN;
+    ASSERT_TRUE(write_sequence(frames, folder / "s.seq.nrrd"));
+    for (size_t k = 0; k < 2; ++k)
+      ASSERT_TRUE(write_volume(frames.frames[k], folder / fmt::format("f{}.nii", k)));
+    using Paths = std::vector<std::filesystem::path>;
+    for (const Paths& inputs :
+         {Paths{folder / "s.seq.nrrd"}, Paths{folder / "f0.nii", folder / "f1.nii"}}) {
+      auto refused = SequenceReader::open(inputs);
+      ASSERT_TRUE(refused) << refused.error().message;
+      const auto bad = refused->frame(0);
+      ASSERT_FALSE(bad);
+      EXPECT_EQ(bad.error().kind, ErrorKind::kNotFinite);
+      auto reader = SequenceReader::open(inputs, -7.5F);
+      ASSERT_TRUE(reader);
+      EXPECT_TRUE(reader->numbers().empty());
+      for (size_t k = 0; k < 2; ++k) {
+        const auto frame = reader->frame(k);
+        ASSERT_TRUE(frame) << frame.error().message;
+        Volume wanted = frames.frames[k];
+        for (float& value : wanted.values)
+          if (std::isnan(value)) value = -7.5F;
+        EXPECT_EQ(frame->values, wanted.values);
+      }
+      Notes notes;
+      const auto made = mask_of_numbers(inputs, 0.0F, {}, &notes);
+      ASSERT_TRUE(made && *made);
+      std::vector<uint8_t> wanted(grid.count(), 1);
+      wanted[grid.offset(1, 0, 2)] = wanted[grid.offset(4, 3, 0)] = 0;
+      EXPECT_EQ((*made)->values, wanted);
+      ASSERT_EQ(notes.size(), 1U);
+      EXPECT_THAT(notes.front(), HasSubstr("3.3 %"));
+      // A given mask loses them too.
+      wanted[0] = 0;
+      Mask given{grid, std::vector<uint8_t>(grid.count(), 1)};
+      given.values[0] = 0;
+      const auto both = mask_of_numbers(inputs, 0.0F, given);
+      ASSERT_TRUE(both && *both);
+      EXPECT_EQ((*both)->values, wanted);
+    }
+  }
+  // Without NaN there is no mask to make; infinite values stay refused.
+  ASSERT_TRUE(write_volume(known_volume(straight_grid()), folder / "v.nii"));
+  const auto none = mask_of_numbers({folder / "v.nii"}, 0.0F, {});
+  ASSERT_TRUE(none);
+  EXPECT_FALSE(*none);
+  Volume infinite = known_volume(straight_grid());
+  infinite.values[5] = INFINITY;
+  ASSERT_TRUE(write_volume(infinite, folder / "v.nii"));
+  EXPECT_FALSE(read_volume(folder / "v.nii", nullptr, 0.0F));
+}
+
+TEST(NiftiReader, SaysThatAPackedFileIsNone) {
+  const TemporaryFolder folder;
+  write_bytes(folder / "v.dcm.gz", gzip(std::string(128, ' ') + "DICM" + std::string(2000, ' ')));
+  write_bytes(folder / "v.mgz", gzip(std::string(2000, ' ')));
+  const auto dicom = read_volume(folder / "v.dcm.gz"), other = read_volume(folder / "v.mgz");
+  ASSERT_FALSE(dicom);
+  ASSERT_FALSE(other);
+  EXPECT_THAT(dicom.error().message, HasSubstr("(it is DICOM): unpack it"));
+  EXPECT_THAT(other.error().message, HasSubstr("no NIfTI image: unpack it"));
 }
 
 const char* const kMetaHeader =

@@ -1,10 +1,16 @@
 // Hand-written files: what Slicer, teem and others write, and ITK does not.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdio>
+
+#include "integration/files/image_writer.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
 #include "tests/files/expect_grid.h"
+#include "tests/files/itk_images.h"
+#include "tests/files/nifti2.h"
 #include "tests/files/packed.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/files/test_images.h"
@@ -112,6 +118,62 @@ TEST_F(NrrdReader, ReadsGzipInSeveralMembers) {
                     gzip(last_.substr(101))));
 }
 
+TEST_F(NrrdReader, ReadsGzipWhereverAMemberEnds) {
+  // The packed stream is read in pieces of 256 KiB.
+  const Grid grid = straight_grid({64, 64, 50});
+  const std::string samples = bytes_of_values<int16_t>(known_volume(grid).values);
+  const std::string nrrd =
+      "NRRD0005\ntype: short\ndimension: 3\nspace: left-posterior-superior\nsizes: 64 64 50\n"
+      "space directions: (0.75,0,0) (0,1.25,0) (0,0,2.5)\nendian: little\nencoding: gzip\n"
+      "space origin: (-31.5,12.25,170.125)\n\n";
+  const std::string meta =
+      "NDims = 3\nDimSize = 64 64 50\nElementSpacing = 0.75 1.25 2.5\nOffset = -31.5 12.25 "
+      "170.125\n"
+      "CompressedData = True\nElementType = MET_SHORT\nElementDataFile = LOCAL\n";
+  ImageToWrite picture;
+  picture.grid = grid;
+  picture.frames = {nullptr};
+  std::string nifti = nifti_header_of(picture);
+  put<int16_t>(nifti, 70, 4);
+  const auto expect_read = [&](const char* name, const std::string& header,
+                               const std::string& packed, const std::string& part) {
+    constexpr size_t kPiece = 256 * 1024;
+    for (const size_t end : {kPiece - 2, kPiece - 1, kPiece, kPiece + 1, 2 * kPiece}) {
+      const size_t half = end > kPiece + 1 ? packed.size() - 1000 : 200'000;
+      std::string bytes = header;
+      if (end > kPiece + 1) bytes += gzip_of_length(packed.substr(0, 200'000), kPiece);
+      const size_t from = end > kPiece + 1 ? 200'000 : 0;
+      bytes += gzip_of_length(packed.substr(from, half - from), end > kPiece + 1 ? kPiece : end);
+      bytes += gzip(packed.substr(half));
+      write_bytes(folder_ / name, bytes + part);
+      const auto found = read_volume(folder_ / name);
+      ASSERT_TRUE(found) << name << ' ' << end << ": " << found.error().message;
+      EXPECT_EQ(found->values, known_volume(grid).values) << name << ' ' << end;
+    }
+  };
+  // Zeros behind the last member are padding.
+  for (const std::string& behind : {std::string(), std::string(600, '\0')}) {
+    expect_read("v.nrrd", nrrd, samples, behind);
+    expect_read("v.mha", meta, samples, behind);
+    expect_read("v.nii.gz", "", nifti + samples, behind);
+  }
+}
+
+TEST_F(NrrdReader, ReadsHexadecimalText) {
+  std::string text;
+  for (const char byte : last_) {
+    char digits[4];
+    std::snprintf(digits, sizeof digits, text.size() % 3 == 0 ? "%02x" : "%02X", uint8_t(byte));
+    text += digits;
+    if (text.size() % 7 == 0) text += "\n";
+  }
+  expect_known(read(replaced(kListLast, "raw", "hex") + "\n" + text));
+  EXPECT_THAT(refusal(replaced(kListLast, "raw", "hex") + "\n" + text.replace(20, 1, "g")),
+              HasSubstr("hexadecimal"));
+  EXPECT_THAT(refusal(replaced(kListLast, "raw", "hex") + "\n" + text.substr(0, 300)),
+              HasSubstr("too short"));
+}
+
 TEST_F(NrrdReader, ReadsTextAndBigEndianSamples) {
   std::string text;
   for (const float value : frames_slowest(60))
@@ -216,12 +278,119 @@ TEST_F(NrrdReader, ReadsSpacingsWithoutDirections) {
   write_bytes(
       folder_ / "v.nrrd",
       "NRRD0001\ntype: unsigned short\ndimension: 3\nsizes: 5 4 3\nspacings: 0.75 1.25 2.5\n"
-      "axis mins: -31.5 12.25 170.125\nendian: little\nencoding: raw\n\n" +
+      "axis mins: -31.5 12.25 170.125\ncenters: node node node\nendian: little\nencoding: raw\n\n" +
           last_.substr(0, 120));
   const auto found = read_volume(folder_ / "v.nrrd");
   ASSERT_TRUE(found) << found.error().message;
   expect_grid(found->grid, straight_grid(), kTextToleranceMm);
   EXPECT_EQ(found->values, known_volume(straight_grid()).values);
+}
+
+TEST_F(NrrdReader, TakesSpacingAndPlaceFromTheRangeOfAnAxisAsTeemDoes) {
+  const std::string start = "NRRD0004\ntype: unsigned short\ndimension: 3\nsizes: 5 4 3\n";
+  const std::string end = "endian: little\nencoding: raw\n\n" + last_.substr(0, 120);
+  // Cells of 0.75, 1.25 and 2.5 mm; the samples are in their middles.
+  const char* const cells =
+      "axis mins: -31.875 11.625 168.875\naxis maxs: -28.125 16.625 176.375\n";
+  const char* const nodes = "axis mins: -31.5 12.25 170.125\naxis maxs: -28.5 16 175.125\n";
+  for (const std::string& range :
+       {cells + std::string(), cells + std::string("centers: cell cell cell\n"),
+        cells + std::string("spacings: 0.75 1.25 2.5\n"),
+        nodes + std::string("centers: node node node\n"),
+        nodes + std::string("centerings: node node node\n"),
+        std::string("axis mins: -3.1875 1.1625 168.875\naxis maxs: -2.8125 1.6625 176.375\n"
+                    "units: \"cm\" \"cm\" \"mm\"\n")}) {
+    write_bytes(folder_ / "v.nrrd", start + range + end);
+    const auto found = read_volume(folder_ / "v.nrrd");
+    ASSERT_TRUE(found) << range << found.error().message;
+    expect_grid(found->grid, straight_grid(), kTextToleranceMm);
+    // ITK knows no units.
+    if (range.find("units") == std::string::npos)
+      expect_grid(itk_oracle::read(folder_ / "v.nrrd").grid, straight_grid(), kTextToleranceMm);
+  }
+  // A range that falls runs against the axis.
+  write_bytes(folder_ / "v.nrrd", start + "axis mins: 2 0 0\naxis maxs: -3 4 3\n" + end);
+  const auto falling = read_volume(folder_ / "v.nrrd");
+  ASSERT_TRUE(falling) << falling.error().message;
+  EXPECT_TRUE(falling->grid.j_reversed_in_file);
+  const Grid stored = as_in_file(falling->grid);
+  EXPECT_EQ(stored.lps_from_index({0, 0, 0}), glm::dvec3(1.5, 0.5, 0.5));
+  EXPECT_EQ(stored.lps_from_index({4, 0, 0}), glm::dvec3(-2.5, 0.5, 0.5));
+}
+
+TEST_F(NrrdReader, TurnsVectorsByTheirMeasurementFrame) {
+  const Field field = known_field(straight_grid());
+  std::string samples;
+  for (const glm::vec3& u : field.u_mm) samples += bytes_of_values<float>({u.x, u.y, u.z});
+  const auto header = [&](const char* space, const char* frame) {
+    return fmt::format(
+        "NRRD0005\ntype: float\ndimension: 4\nspace: {}\nsizes: 3 5 4 3\nspace directions: none "
+        "(0.75,0,0) (0,1.25,0) (0,0,2.5)\nkinds: vector domain domain domain\n{}endian: "
+        "little\nencoding: raw\nspace origin: (-31.5,12.25,170.125)\n\n",
+        space, frame);
+  };
+  // The vector (1, 2, 3) of the frame's axes in LPS, by the definition of the format: its columns.
+  struct MeasuredCase {
+    const char* space;
+    const char* frame;
+    glm::dmat3 lps_from_vector;
+  };
+  const MeasuredCase cases[] = {
+      {"left-posterior-superior", "", glm::dmat3(1.0)},
+      {"left-posterior-superior", "measurement frame: (1,0,0) (0,1,0) (0,0,1)\n", glm::dmat3(1.0)},
+      {"right-anterior-superior", "measurement frame: (1,0,0) (0,1,0) (0,0,1)\n",
+       glm::dmat3(-1, 0, 0, 0, -1, 0, 0, 0, 1)},
+      {"left-posterior-superior", "measurement frame: (0,1,0) (-1, 0, 0) (0,0,1)\n",
+       glm::dmat3(0, 1, 0, -1, 0, 0, 0, 0, 1)},
+      {"right-anterior-superior", "measurement frame: (0,0,1) (1,0,0) (0,1,0)\n",
+       glm::dmat3(0, 0, 1, -1, 0, 0, 0, -1, 0)}};
+  for (const MeasuredCase& one : cases) {
+    write_bytes(folder_ / "u.nrrd", header(one.space, one.frame) + samples);
+    Notes notes;
+    const auto found = read_field(folder_ / "u.nrrd", &notes);
+    ASSERT_TRUE(found) << found.error().message;
+    EXPECT_TRUE(notes.empty());
+    for (size_t v = 0; v < field.u_mm.size(); ++v) {
+      const size_t in_file = v;
+      const glm::vec3 wanted(one.lps_from_vector * glm::dvec3(field.u_mm[in_file]));
+      EXPECT_LT(glm::length(found->u_mm[v] - wanted), 1e-6F) << one.space << one.frame << v;
+    }
+  }
+  // Without a frame the components of another space than LPS are as ITK takes them, and that is
+  // said.
+  write_bytes(folder_ / "u.nrrd", header("right-anterior-superior", "") + samples);
+  Notes notes;
+  const auto found = read_field(folder_ / "u.nrrd", &notes);
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_EQ(found->u_mm, field.u_mm);
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_THAT(notes.front(), HasSubstr("no measurement frame"));
+  write_bytes(
+      folder_ / "u.nrrd",
+      header("left-posterior-superior", "measurement frame: (1,0,0) (1,0,0) (0,0,1)\n") + samples);
+  const auto refused = read_field(folder_ / "u.nrrd");
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("measurement frame"));
+}
+
+TEST_F(NrrdReader, ReadsPicturesOfTwoDimensionsAsSlices) {
+  const std::string end = "endian: little\nencoding: raw\n";
+  const std::string samples = "\n" + last_.substr(0, 40);
+  for (const std::string& place :
+       {std::string("spacings: 0.75 1.25\n"),
+        std::string(
+            "space dimension: 2\nspace directions: (0.75,0) (0,1.25)\nspace origin: (3,4)\n"),
+        std::string("space: left-posterior-superior\nspace directions: (0.75,0,0) (0,1.25,0)\n"
+                    "space origin: (3,4,5)\n")}) {
+    write_bytes(folder_ / "s.nrrd",
+                "NRRD0005\ntype: short\ndimension: 2\nsizes: 5 4\n" + place + end + samples);
+    const auto found = read_volume(folder_ / "s.nrrd");
+    ASSERT_TRUE(found) << place << found.error().message;
+    EXPECT_EQ(found->grid.size, glm::ivec3(5, 4, 1));
+    EXPECT_EQ(found->grid.spacing_mm, glm::dvec3(0.75, 1.25, 1.25));
+    EXPECT_EQ(found->values, std::vector<float>(known_volume(straight_grid()).values.begin(),
+                                                known_volume(straight_grid()).values.begin() + 20));
+  }
 }
 
 TEST_F(NrrdReader, SaysWhatItDoesNotRead) {

@@ -156,7 +156,8 @@ const char* const kEverything = R"({
         "scale": {"keys": [[0, [1, 1, 1]], [1, [2, 2, 2]]]}},
        {"pose": {"scale": 2}}, {"pose": {"matrix": [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]}}]}},
     {"name": "f", "files": "f.raw",
-     "raw": {"size": [4, 3, 2], "type": "float32", "components": 3, "spacing_m": [0.001, 0.002, 0.003]}}
+     "raw": {"size": [4, 3, 2], "type": "float32", "components": 3, "spacing_m": [0.001, 0.002, 0.003]}},
+    {"name": "g", "files": "g.nii", "nan_as": -1000.5}
   ],
   "modes": [
     {"name": "m0", "kind": "surface", "volume": "a", "motion": "front", "scalar": "gradient-magnitude", "vector": "gradient",
@@ -183,7 +184,8 @@ TEST(SceneFile, ReadsEveryKey) {
   EXPECT_LT(
       glm::length(glm::axis(s.world_from_device.rotation) - glm::normalize(glm::dvec3(1, 2, 3))),
       1e-14);
-  ASSERT_EQ(s.volumes.size(), 6u);
+  ASSERT_EQ(s.volumes.size(), 7u);
+  EXPECT_EQ(s.volumes[6].nan_as, -1000.5);
   const VolumeSpec& a = s.volumes[0];
   EXPECT_THAT(a.files,
               ::testing::ElementsAre("folder/x.nrrd", "folder/sub/y.nrrd", "/absolute/z.nrrd"));

@@ -32,6 +32,8 @@ SequenceMotion some_motion(int harmonics, bool mirrored = false) {
     for (glm::vec3& u : motion.terms.back().u_mm) u = glm::vec3(random.vector(5.0));
   }
   motion.terms[1].u_mm[7] = {-0.0F, 1e-41F, 3e38F};
+  motion.frames_grid = straight_grid({10, 8, 5});
+  motion.frames_grid->j_reversed_in_file = mirrored;
   return motion;
 }
 
@@ -40,6 +42,14 @@ void expect_same_bits(const SequenceMotion& a, const SequenceMotion& b) {
   EXPECT_EQ(a.basis.times_s, b.basis.times_s);
   EXPECT_EQ(a.basis.cycle_s, b.basis.cycle_s);
   EXPECT_EQ(a.basis.harmonics, b.basis.harmonics);
+  ASSERT_EQ(a.frames_grid.has_value(), b.frames_grid.has_value());
+  if (a.frames_grid) {
+    EXPECT_EQ(a.frames_grid->size, b.frames_grid->size);
+    EXPECT_EQ(a.frames_grid->spacing_mm, b.frames_grid->spacing_mm);
+    EXPECT_EQ(a.frames_grid->direction, b.frames_grid->direction);
+    EXPECT_LT(glm::length(a.frames_grid->origin_mm - b.frames_grid->origin_mm), 1e-12);
+    EXPECT_EQ(a.frames_grid->j_reversed_in_file, b.frames_grid->j_reversed_in_file);
+  }
   ASSERT_EQ(a.terms.size(), b.terms.size());
   for (size_t n = 0; n < a.terms.size(); ++n) {
     EXPECT_TRUE(same_geometry(a.terms[n].grid, b.terms[n].grid));
@@ -58,6 +68,7 @@ TEST(SequenceMotionFile, ComesBackBitByBit) {
     for (const bool mirrored : {false, true}) {
       SequenceMotion motion = some_motion(harmonics, mirrored);
       if (harmonics == 0) motion.basis.cycle_s = 0.0;
+      if (harmonics == 0 && !mirrored) motion.frames_grid.reset();  // as in older files
       const auto path = folder / "m.nrrd";
       const Status written = write_sequence_motion(motion, path);
       ASSERT_TRUE(written) << written.error().message;
@@ -81,6 +92,9 @@ TEST(SequenceMotionFile, LiesAsDocumented) {
         "kinds: vector domain domain domain list\n", "encoding: raw\n",
         "space: left-posterior-superior\n", "SequenceMotion.Version:=1\n",
         "SequenceMotion.ReferenceFrame:=2\n", "SequenceMotion.Harmonics:=1\n",
+        "SequenceMotion.FramesSize:=10 8 5\n", "SequenceMotion.FramesSpacing_mm:=0.75 1.25 2.5\n",
+        "SequenceMotion.FramesOrigin_mm:=-31.5 12.25 170.125\n",
+        "SequenceMotion.FramesDirections:=1 0 0 0 1 0 0 0 1\n",
         "SequenceMotion.FrameTimes_s:=0 0.1 0.30000000000000004 0.7\n"})
     EXPECT_THAT(header, HasSubstr(line));
   ASSERT_EQ(bytes.size() - end, 3U * 3 * 60 * sizeof(float));
@@ -108,6 +122,7 @@ TEST(SequenceMotionFile, RefusesWhatIsDamaged) {
     EXPECT_THAT(read.error().message, HasSubstr(sentence));
     EXPECT_THAT(read.error().message, HasSubstr(": "));
   };
+  expect_refused("FramesSize:=10 8 5", "FramesSize:=10 8", "the grid of its frames makes no sense");
   expect_refused("Frame:=2", "Frame:=4", "reference frame");
   expect_refused("Frame:=2", "Frame:=-1", "reference frame");
   expect_refused("0 0.1", "0 0.8", "times do not rise");

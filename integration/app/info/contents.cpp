@@ -25,6 +25,7 @@
 #include "integration/files/sequence_motion_file.h"
 #include "integration/files/text.h"
 #include "integration/scenes/replay_key.h"
+#include "integration/scenes/tubes_file.h"
 #include "integration/x3d/x3d_file.h"
 #include "module/haptics/recording.h"
 
@@ -54,6 +55,7 @@ std::string format_text(const std::string& format, const files::Raster& raster) 
   std::string text = format + ", " + type_name(raster.type);
   if (raster.encoding == files::Encoding::kDeflate) text += ", packed";
   if (raster.encoding == files::Encoding::kText) text += ", as text";
+  if (raster.encoding == files::Encoding::kHex) text += ", as hexadecimal text";
   if (raster.slope != 1.0 || raster.intercept != 0.0)
     text += fmt::format(", value = {:.6g} x sample + {:.6g}", raster.slope, raster.intercept);
   return text;
@@ -104,7 +106,7 @@ void judge_finite(const std::vector<Values>& values, std::vector<std::string>& p
     if (v.not_finite == 0) continue;
     problems.push_back(fmt::format(
         "{} holds {} not finite (NaN or Inf), the first at voxel ({}, {}, {}): palpate refuses it "
-        "until they are replaced.",
+        "until they are replaced; --nan-as VALUE replaces NaN.",
         of_frame(k, values.size()),
         v.not_finite == 1 ? std::string("1 value that is")
                           : fmt::format("{} values that are", v.not_finite),
@@ -522,6 +524,26 @@ Result<Contents> contents_of_recording(const fs::path& path) {
   return contents;
 }
 
+/// Stream tubes that the hand released; any other VTK file is none of palpate's.
+Result<Contents> contents_of_tubes(const fs::path& path) {
+  Contents contents{.path = path,
+                    .kind = "tubes",
+                    .what = "stream tubes that the hand released",
+                    .format = "VTK, polydata"};
+  contents.use = "none in palpate: ParaView and 3D Slicer show it";
+  std::ifstream stream(path);
+  size_t points = 0, lines = 0;
+  for (std::string line; lines == 0 && std::getline(stream, line);) {
+    const auto cells = files::words(line);
+    if (cells.size() < 2) continue;
+    const size_t count = size_t(std::max<int64_t>(0, files::to_integer(cells[1]).value_or(0)));
+    if (cells[0] == "POINTS") points = count;
+    if (cells[0] == "LINES") lines = count;
+  }
+  contents.more.emplace_back("Tubes", fmt::format("{} with {} points", lines, points));
+  return contents;
+}
+
 /// The number of frames in which a table tracks its points.
 size_t followed_frames(const fs::path& path) {
   size_t frames = 0;
@@ -583,6 +605,7 @@ Result<Contents> contents_of(const fs::path& path, const OnShare& on_share) {
   if (start.starts_with(kRecording)) return contents_of_recording(path);
   if (*kind == files::FileKind::kDicom) return contents_of_frames(path, "DICOM", on_share);
   if (*kind == files::FileKind::kImage) return contents_of_image(path, on_share);
+  if (start.find(scenes::kTubesTitle) != std::string::npos) return contents_of_tubes(path);
   const std::string ending = files::lowered(path.extension().string());
   if (x3d::is_x3d(path)) return contents_of_scene(path);
   if (ending == ".json" || files::trimmed(start).starts_with('{')) return contents_of_json(path);

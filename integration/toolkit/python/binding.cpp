@@ -188,6 +188,11 @@ class PythonMotion {
     return py::make_tuple(list(grid.spacing_mm, 3), list(grid.origin_mm, 3),
                           list(grid.direction, 9));
   }
+  /// The shape of the frames, (z, y, x).
+  py::tuple size() const {
+    const PalGrid& grid = summary_.grid;
+    return py::make_tuple(grid.size[2], grid.size[1], grid.size[0]);
+  }
   py::dict summary() const {
     const PalMotionSummary& s = summary_;
     using namespace py::literals;
@@ -681,6 +686,7 @@ PYBIND11_MODULE(_palpate, m) {
       .def("warp", &PythonMotion::warp, "frame"_a, "step"_a, "time_s"_a, "inverse"_a)
       .def("save", &PythonMotion::save, "path"_a, "step"_a)
       .def("geometry", &PythonMotion::geometry)
+      .def("size", &PythonMotion::size)
       .def("summary", &PythonMotion::summary);
   m.def("estimate", &estimate, "context"_a, "frames"_a, "size"_a, "spacing"_a, "origin"_a,
         "direction"_a, "preset"_a, "times_s"_a, "mask"_a, "flags"_a, "progress"_a);

@@ -1,6 +1,7 @@
 """palpate in Python. Oracles: phantoms whose motion is known, conventions worked out by hand."""
 
 import os
+import pickle
 import signal
 import socket
 import subprocess
@@ -109,19 +110,36 @@ def test_a_sequence_is_one_motion(tmp_path):
         motion.save(tmp_path / "nowhere" / "motion.nrrd")
     again = palpate.open_motion(tmp_path / "motion.nrrd")
     assert again.is_whole and again.steps == 5 and again.reference == motion.reference
-    # On the grid of the file, which is the coarser one that was solved on, around the same place.
-    size = np.array(again.step(0).shape[2::-1])
-    assert np.all(np.array(again.spacing) >= 1.0)
-    middle = np.array(again.origin) + again.direction @ (0.5 * (size - 1) * again.spacing)
-    assert middle == pytest.approx([17.5] * 3, abs=1.0)
+    # On the grid of the frames, which the file names beside the coarser one that was solved on.
+    assert again.spacing == motion.spacing and again.origin == motion.origin
+    for k in (0, 4):
+        assert np.array_equal(again.step(k), motion.step(k))
+        assert np.array_equal(again.warp(frames[k], k), motion.warp(frames[k], k))
+    with pytest.raises(ValueError, match=r"shape \(18, 36, 36\), but the motion is that of frames of \(36, 36, 36\)"):
+        again.warp(frames[0][::2])
+    # Copied as multiprocessing copies it.
+    copied = pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(motion))))
+    assert np.array_equal(copied.field, motion.field) and np.array_equal(copied.confidence, motion.confidence)
+    assert np.array_equal(copied.at(1.3), motion.at(1.3)) and np.array_equal(copied.inverse(time_s=1.3), motion.inverse(time_s=1.3))
+    assert np.array_equal(copied.warp(frames[1], 1, inverse=True), motion.warp(frames[1], 1, inverse=True))
+    assert repr(copied) == repr(motion) and repr(copied.verdict) == repr(motion.verdict)
+    copied.save(tmp_path / "copied.nrrd")
+    assert (tmp_path / "copied.nrrd").read_bytes() == (tmp_path / "motion.nrrd").read_bytes()
+    assert pickle.loads(pickle.dumps(again)).is_whole
+    several = pickle.loads(pickle.dumps(pairs))
+    assert several.steps == 4 and np.array_equal(several.field, pairs.field)
+    with pytest.raises(ValueError, match="one by one"):
+        several.save(tmp_path / "several.nrrd")
 
 
 def test_times_count_as_the_caller_counts_them():
     frames = np.stack([ball(11, centre=(1.5 * k, 0.0, 0.0)) for k in range(3)])
     known = palpate.register(frames, times=(0.0, 0.5, 1.0), preset="fast", verdict=False)
     later = palpate.register(frames, times=(7.0, 7.5, 8.0), preset="fast", verdict=False)
+    copied = pickle.loads(pickle.dumps(later))
     for time_s in (0.0, 0.25, 0.5, 1.0):
         assert np.array_equal(later.at(7.0 + time_s), known.at(time_s))
+        assert np.array_equal(copied.at(7.0 + time_s), known.at(time_s))
     assert not np.array_equal(known.at(0.0), known.at(1.0))
     with pytest.raises(ValueError, match="0 or more"):
         palpate.register(frames, times=(-1.0, 0.0, 1.0), preset="fast")
@@ -175,6 +193,92 @@ def test_nibabel_images_are_read_from_files(tmp_path):
     assert motion.field[ball(11) > 500].mean(axis=0) == pytest.approx([-3.0, 0.0, 0.0], abs=0.3)
 
 
+def test_images_of_other_formats_are_frames_too():
+    """Each of nibabel's kinds of four axes, from its own test data where there are some: shape, and the time between frames."""
+    nibabel = pytest.importorskip("nibabel")
+    data = os.path.join(os.path.dirname(nibabel.__file__), "tests", "data")
+    frames = np.stack([ball(6, 20, centre=(k, 0.0, 0.0)) for k in range(3)])
+    affine = np.diag((-1.0, -1.0, 1.0, 1.0))
+    known = palpate.register(frames, preset="fast", verdict=False).field
+    for kind in (nibabel.MGHImage, nibabel.AnalyzeImage, nibabel.Spm99AnalyzeImage, nibabel.Spm2AnalyzeImage, nibabel.Nifti2Image):
+        found = palpate._image_of(kind(frames.T, affine))
+        assert found.array.shape == frames.shape and not found.step_s
+    assert np.array_equal(palpate.register(nibabel.MGHImage(frames.T, affine), preset="fast", verdict=False).field, known)
+    image = nibabel.MGHImage(frames.T, affine)
+    image.header["tr"] = 250.0  # ms
+    assert palpate._image_of(image).step_s == pytest.approx(0.25)
+    for name, shape, step_s in (("example4d+orig.HEAD", (3, 25, 41, 33), 3.0), ("minc1_4d.mnc", (2, 20, 20, 10), 2.0),
+                                ("phantom_EPI_asc_CLEAR_2_1.PAR", (3, 9, 64, 64), 2.0), ("functional.nii", (20, 3, 21, 17), 2.0)):
+        if not os.path.exists(os.path.join(data, name)):
+            continue
+        found = palpate._image_of(nibabel.load(os.path.join(data, name)))
+        assert found.array.shape == shape and found.step_s == pytest.approx(step_s)
+    # A fifth axis of one, a single frame of four axes, and a step without a unit, as in the program.
+    image = nibabel.Nifti1Image(frames.T[..., None], affine)
+    assert palpate._image_of(image).array.shape == frames.shape and not palpate._image_of(image).step_s
+    image.header.set_zooms((1.0, 1.0, 1.0, 0.8, 1.0))
+    assert palpate._image_of(image).step_s == pytest.approx(0.8)
+    image.header.set_xyzt_units("micron", "hz")
+    assert palpate._image_of(image).step_s == 0.0 and palpate._image_of(image).spacing == pytest.approx((0.001,) * 3)
+    first, second = (nibabel.Nifti1Image(frame.T[..., None], affine) for frame in frames[:2])
+    assert np.array_equal(palpate.register(first, second, preset="fast", verdict=False).field,
+                          palpate.register(frames[0], frames[1], preset="fast", verdict=False).field)
+
+
+def test_masked_samples_count_for_nothing(pair):
+    fixed, moving, _ = pair
+    hidden = np.zeros(fixed.shape, dtype=bool)
+    hidden[:, :, :9] = True
+    junk = np.where(hidden, np.random.default_rng(3).uniform(-5000, 5000, fixed.shape), fixed).astype(np.float32)
+    masked = palpate.register(np.ma.array(junk, mask=hidden), moving, preset="fast", verdict=False).field
+    filled = np.where(hidden, fixed[~hidden].mean(), fixed).astype(np.float32)
+    assert masked == pytest.approx(palpate.register(filled, moving, mask=~hidden, preset="fast", verdict=False).field, abs=1e-3)
+    with pytest.raises(ValueError, match="all samples"):
+        palpate.register(np.ma.array(fixed, mask=True), moving)
+    with pytest.raises(ValueError, match="masked samples"):
+        pair[2].warp(np.ma.array(junk, mask=hidden))
+    with pytest.raises(ValueError, match="masked samples"):
+        palpate.Session(frames=np.ma.array(junk, mask=hidden), gpu=None, estimate=False)
+    assert np.array_equal(pair[2].warp(np.ma.array(fixed)), pair[2].warp(fixed))
+
+
+def test_a_motion_can_be_copied_to_another_process(pair):
+    fixed, moving, motion = pair
+    copied = pickle.loads(pickle.dumps(motion))
+    assert np.array_equal(copied.field, motion.field)
+    # The copy's field has the frames' samples, of which the inverse is taken; the motion's own has the coarser ones that were solved for.
+    assert copied.inverse() == pytest.approx(motion.inverse(), abs=0.02)
+    assert np.array_equal(copied.warp(moving), motion.warp(moving)) and np.array_equal(copied.confidence, motion.confidence)
+    assert not copied.is_whole and copied.steps == 1 and repr(copied.verdict) == repr(motion.verdict)
+    turned = palpate.register(fixed, moving, direction=[[0, 0, 1], [1, 0, 0], [0, 1, 0]], origin=(0.1, -7.0, 3.3), preset="fast",
+                              verdict=False)
+    left = palpate.register(fixed, moving, direction=np.diag((1.0, -1.0, 1.0)), preset="fast", verdict=False)
+    for one in (turned, left):
+        again = pickle.loads(pickle.dumps(one))
+        assert again.origin == one.origin and np.array_equal(again.field, one.field) and np.array_equal(again.warp(moving), one.warp(moving))
+
+
+@pytest.mark.parametrize("wrong, kind, words", [
+    (lambda fixed, moving, motion: palpate.register(fixed, moving, preset=3), TypeError, "preset must be a text, not int"),
+    (lambda fixed, moving, motion: palpate.register(fixed, moving, progress=3), TypeError, "progress must be a function"),
+    (lambda fixed, moving, motion: palpate.register(fixed, moving, times=["a", "b"]), TypeError, "a time must be a number, not str"),
+    (lambda fixed, moving, motion: palpate.register(fixed, moving, spacing=(1, 0, 1)), ValueError, "not positive"),
+    (lambda fixed, moving, motion: palpate.register(fixed, moving, origin=(1, np.nan, 1)), ValueError, "not finite"),
+    (lambda fixed, moving, motion: palpate.register(fixed, moving, direction=np.ones((3, 3))), ValueError, "not perpendicular"),
+    (lambda fixed, moving, motion: palpate.register(fixed, moving, mask=fixed[1:]), ValueError, "the mask has the shape"),
+    (lambda fixed, moving, motion: palpate.register(fixed[:0], moving[:0]), ValueError, "no samples"),
+    (lambda fixed, moving, motion: motion.step("0"), TypeError, "a step must be a whole number, not str"),
+    (lambda fixed, moving, motion: motion.at(None), TypeError, "time_s must be a number"),
+    (lambda fixed, moving, motion: motion.warp(moving, time_s="x"), TypeError, "time_s must be a number"),
+    (lambda fixed, moving, motion: palpate.Session("heart", strength_n=np.nan), ValueError, "strength_n must be a finite number"),
+    (lambda fixed, moving, motion: palpate.Session("heart", friction="much"), TypeError, "friction must be a number, not str"),
+    (lambda fixed, moving, motion: palpate.Session("heart", wall=7), TypeError, "wall must be a text, not int")])
+def test_wrong_arguments_are_said_in_one_short_sentence(pair, wrong, kind, words):
+    with pytest.raises(kind, match=words) as refused:
+        wrong(*pair)
+    assert len(str(refused.value)) < 160 and "\n" not in str(refused.value) and "PalGrid" not in str(refused.value)
+
+
 def test_simple_itk_images_bring_their_geometry(monkeypatch):
     """Debian has no SimpleITK: a module with the four functions that are asked of it stands for it."""
     module = types.ModuleType("SimpleITK")
@@ -216,7 +320,7 @@ def test_a_mask_is_honoured(pair):
     (lambda f, m: palpate.register([f]), ValueError, "at least two"),
     (lambda f, m: palpate.register(f, m[:-1]), ValueError, "different shapes"),
     (lambda f, m: palpate.register(f, m, spacing=(1, 1)), ValueError, "spacing needs 3"),
-    (lambda f, m: palpate.register(f, m, spacing=(1, 1, -1)), ValueError, "PalGrid"),
+    (lambda f, m: palpate.register(f, m, spacing=(1, 1, -1)), ValueError, "not positive"),
     (lambda f, m: palpate.register(f, m, preset="quickest"), ValueError, "preset"),
     (lambda f, m: palpate.register(f * np.nan, m), ValueError, "not finite"),
     (lambda f, m: palpate.register(f.astype(complex), m), TypeError, "complex"),
@@ -340,6 +444,14 @@ def test_a_scene_is_felt_and_seen():
         picture = session.picture(width=160, height=120)
         assert picture.shape == (120, 160, 4) and picture.dtype == np.uint8
         assert picture[..., 3].max() == 255 and picture[..., 3].min() == 0
+        # From straight above there is no direction to the right, and at the camera itself nothing to look at.
+        assert session.picture((0.0, 0.4, 0.0), width=64, height=48)[..., 3].max() == 255
+        with pytest.raises(ValueError, match="same place"):
+            session.picture((0.1, 0.2, 0.3), (0.1, 0.2, 0.3))
+        with pytest.raises(ValueError, match="position_m must be 3 numbers"):
+            session.picture((0.1, 0.2))
+        with pytest.raises(TypeError, match="three numbers"):
+            session.tick("here")
         session.stop()
         for k in range(700):
             at_ns += 1_000_000

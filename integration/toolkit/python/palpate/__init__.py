@@ -13,8 +13,10 @@ written, MemoryError, and RuntimeError for all else, such as a Vulkan device tha
 """
 
 import collections
+import operator
 import os
 import sys
+import tempfile
 
 import numpy as np
 
@@ -30,6 +32,7 @@ _contexts = {}
 
 def _context(gpu=None):
     """The context of a Vulkan device, by number or part of its name; opened once per name, and again after the device was lost."""
+    gpu = None if gpu is None else str(gpu)
     context = _contexts.get(gpu)
     if context is None or context.failed:
         context = _contexts[gpu] = _palpate.Context(gpu)
@@ -61,18 +64,46 @@ def _of_itk(image):
     return _of_itk_kind(image, itk.array_view_from_image(image), itk.array_from_matrix(image.GetDirection()))
 
 
+def _time_axis(image):
+    """The number of the time axis of a nibabel image of four axes: the last one but in MINC, whose axes lie as in the file."""
+    names = getattr(getattr(image.dataobj, "minc_file", None), "_dim_names", ())
+    return names.index("time") if "time" in names else 3
+
+
+def _step_s(image, axis):
+    """The time between the frames of a nibabel image, s; 0 where it is not known. A step without a unit is seconds unless it is 1, as in the
+    program."""
+    zooms = image.header.get_zooms()
+    step = float(zooms[axis]) if len(zooms) > axis else 0.0
+    unit = image.header.get_xyzt_units()[1] if hasattr(image.header, "get_xyzt_units") else "unknown"
+    kind = type(image).__name__
+    if kind == "MGHImage":
+        unit = "msec"
+    elif kind == "AFNIImage":
+        unit = {77001: "msec", 77002: "sec"}.get((list(image.header.info.get("TAXIS_NUMS", ())) + [0, 0, 0])[2], "none")
+    elif kind in ("Minc1Image", "Minc2Image", "PARRECImage"):
+        unit = "sec"
+    seconds = {"sec": 1.0, "msec": 1e-3, "usec": 1e-6, "unknown": 0.0 if step == 1.0 else 1.0}.get(unit, 0.0)
+    return seconds * step if np.isfinite(step) and step > 0.0 else 0.0
+
+
 def _of_nibabel(image):
     # nibabel: indices i, j, k and axes R, A, S. palpate: shapes (z, y, x) and axes L, P, S.
-    array = np.transpose(np.asanyarray(image.dataobj))
+    samples = np.asanyarray(image.dataobj)
+    while samples.ndim > 4 and samples.shape[-1] == 1:
+        samples = samples[..., 0]
+    step_s = None
+    if samples.ndim == 4:
+        axis = _time_axis(image)
+        step_s = _step_s(image, axis)
+        samples = np.moveaxis(samples, axis, 3)
     affine = np.diag([-1.0, -1.0, 1.0, 1.0]) @ np.asarray(image.affine, dtype=float)
+    if hasattr(image.header, "get_xyzt_units"):
+        affine[:3] *= {"meter": 1e3, "micron": 1e-3}.get(image.header.get_xyzt_units()[0], 1.0)
     spacing = np.linalg.norm(affine[:3, :3], axis=0)
     if not np.all(spacing > 0.0):
         raise ValueError("the affine of this image is singular: give it a sound one")
-    step_s = None
-    if array.ndim == 4:
-        seconds = {"sec": 1.0, "msec": 1e-3, "usec": 1e-6}.get(image.header.get_xyzt_units()[1], 0.0)
-        step_s = seconds * float(image.header.get_zooms()[3])
-    return _Image(array, tuple(spacing), tuple(affine[:3, 3]), (affine[:3, :3] / spacing).reshape(-1), step_s)
+    return _Image(np.transpose(samples), tuple(spacing), tuple(affine[:3, 3]), (affine[:3, :3] / spacing).reshape(-1), step_s)
 
 
 def _of_array(array):
@@ -99,6 +130,8 @@ def _geometry(given, known, name, usual):
         value = np.asarray(usual, dtype=float)
     if len(value) != len(usual):
         raise ValueError(f"{name} needs {len(usual)} numbers, but {len(value)} were given")
+    if not np.all(np.isfinite(value)):
+        raise ValueError(f"{name} holds a number that is not finite")
     return [float(number) for number in value]
 
 
@@ -106,7 +139,11 @@ _TYPES = tuple(np.dtype(name) for name in ("float32", "float64", "int8", "uint8"
 
 
 def _taken(array):
-    """The array itself if its type and layout can be read; else a copy. Other types of numbers become float32; TypeError for what is no number."""
+    """The array itself if its type and layout can be read; else a copy. Other types of numbers become float32; TypeError for what is no number,
+    ValueError for masked samples."""
+    if np.ma.is_masked(array):
+        raise ValueError("this volume has masked samples, which have no value: fill them first (numpy.ma.filled)")
+    array = np.asarray(array)
     if array.dtype not in _TYPES:
         if array.dtype.kind not in "fiub":
             raise TypeError(f"samples of type {array.dtype} are no numbers that a volume can have")
@@ -114,12 +151,32 @@ def _taken(array):
     return np.ascontiguousarray(array)
 
 
+def _volume_of(image):
+    """One volume; of an image of four axes its only frame."""
+    image = _image_of(image)
+    return image._replace(array=image.array[0]) if image.array.ndim == 4 and len(image.array) == 1 else image
+
+
+def _unmasked(frames, mask):
+    """The frames without masked samples (numpy.ma), which get the mean of the others, and a mask that leaves them out too; None: no mask."""
+    unmasked = []
+    for image in frames:
+        if np.ma.is_masked(image.array):
+            hidden = np.ma.getmaskarray(image.array)
+            if hidden.all():
+                raise ValueError("all samples of a volume are masked: there is nothing to compare")
+            mask = ~hidden if mask is None else mask & ~hidden
+            image = image._replace(array=np.ma.filled(image.array, image.array.dtype.type(image.array.mean())))
+        unmasked.append(image)
+    return unmasked, mask
+
+
 def _frames_of(fixed, moving):
     """All frames as images of three dimensions: of two volumes, of a list, or of a 4D array. ValueError for one 3D volume."""
     if moving is not None:
-        return [_image_of(fixed), _image_of(moving)]
+        return [_volume_of(fixed), _volume_of(moving)]
     if isinstance(fixed, (list, tuple)):
-        return [_image_of(frame) for frame in fixed]
+        return [_volume_of(frame) for frame in fixed]
     image = _image_of(fixed)
     if image.array.ndim != 4:
         raise ValueError(f"one volume of shape {image.array.shape} has no motion: give two, a list, or a 4D array (t, z, y, x)")
@@ -138,9 +195,45 @@ def _grid_of(frames, spacing=None, origin=None, direction=None):
             a, b = getattr(image, name), getattr(first, name)
             if a is not None and b is not None and not np.allclose(a, b, rtol=1e-4, atol=1e-3):
                 raise ValueError(f"the volumes differ in {name}, {list(b)} and {list(a)}: resample them to one grid")
-    return (list(first.array.shape[::-1]), _geometry(spacing, first.spacing, "spacing", (1.0, 1.0, 1.0)),
-            _geometry(origin, first.origin, "origin", (0.0, 0.0, 0.0)),
-            _geometry(direction, first.direction, "direction", (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)))
+    if 0 in first.array.shape:
+        raise ValueError(f"the volumes have no samples, their shape is {first.array.shape}")
+    spacing = _geometry(spacing, first.spacing, "spacing", (1.0, 1.0, 1.0))
+    if min(spacing) <= 0.0:
+        raise ValueError(f"the spacing {spacing} is not positive")
+    direction = _geometry(direction, first.direction, "direction", (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
+    axes = np.reshape(direction, (3, 3))
+    if not np.allclose(axes.T @ axes, np.eye(3), atol=1e-3):
+        raise ValueError("the columns of direction are not perpendicular, or not of length 1: resample the volumes to a straight grid")
+    return list(first.array.shape[::-1]), spacing, _geometry(origin, first.origin, "origin", (0.0, 0.0, 0.0)), direction
+
+
+def _text(value, name):
+    """A text, or None. TypeError for anything else."""
+    if value is None or isinstance(value, str):
+        return value
+    raise TypeError(f"{name} must be a text, not {type(value).__name__}")
+
+
+def _number(value, name):
+    """A finite number. TypeError for what is none, ValueError for NaN and infinity."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be a number, not {type(value).__name__}") from None
+    if not np.isfinite(number):
+        raise ValueError(f"{name} must be a finite number")
+    return number
+
+
+def _numbers(values, name, count):
+    """A list of so many finite numbers. TypeError and ValueError as _number()."""
+    try:
+        values = list(values)
+    except TypeError:
+        raise TypeError(f"{name} must be {count} numbers, not {type(values).__name__}") from None
+    if len(values) != count:
+        raise ValueError(f"{name} must be {count} numbers, not {len(values)}")
+    return [_number(value, name) for value in values]
 
 
 def _path(path):
@@ -166,15 +259,108 @@ class Verdict(collections.namedtuple("Verdict", "trust reasons measured")):
         return self.trust == "ok"
 
 
-class Motion:
-    """The motion of the material from one volume to the next, or through a sequence. Returned by register() and open_motion()."""
+class _Copied:
+    """What _palpate.Motion is to a Motion, for one that was copied through pickle: opened again from the bytes of files, of the whole motion or
+    of each step."""
 
-    def __init__(self, found, spacing, origin, direction):
+    def __init__(self, files, summary, confidences, geometry, begin_s):
+        self._kept = (files, summary, confidences, geometry, begin_s)
+        context = _palpate.Context(None, False)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "motion.nrrd")
+            self._motions = []
+            for content in files:
+                with open(path, "wb") as file:
+                    file.write(content)
+                self._motions.append(_palpate.open_motion(context, path))
+
+    def __reduce__(self):
+        return _Copied, self._kept
+
+    def _at(self, step, time_s):
+        """The motion that has a step, and what it calls the step and the time."""
+        if self._kept[1]["is_whole"]:
+            return self._motions[0], step, None if time_s is None else time_s - self._kept[4]
+        if time_s is not None:
+            raise ValueError("only one motion for all frames has a field to any time: ask for a step")
+        return self._motions[step], 0, 1.0  # the time of the second frame, see _motion_file()
+
+    def field(self, step, time_s, inverse):
+        motion, step, time_s = self._at(step, time_s)
+        return motion.field(step, time_s, inverse)
+
+    def warp(self, frame, step, time_s, inverse):
+        motion, step, time_s = self._at(step, time_s)
+        return motion.warp(frame, step, time_s, inverse)
+
+    def save(self, path, step):
+        if step is None and not self._kept[1]["is_whole"]:
+            raise ValueError("these are fields from frame to frame: save them one by one")
+        if step is None:
+            return self._motions[0].save(path, None)
+        motion, step, _ = self._at(step, None)
+        return motion.save(path, step)
+
+    def confidence(self, step):
+        if step >= len(self._kept[2]):
+            raise ValueError("there is no confidence of such a step")
+        return self._kept[2][step].copy()
+
+    def summary(self):
+        return dict(self._kept[1])
+
+    def geometry(self):
+        return self._kept[3]
+
+    def size(self):
+        return self._motions[0].size()
+
+
+def _motion_file(field, spacing, origin, direction):
+    """The bytes of a file (integration/files/sequence_motion_file.h) with the motion from one frame to the next."""
+    axes = np.reshape(direction, (3, 3)) * spacing
+    vector = "({!r},{!r},{!r})".format
+    header = (f"NRRD0005\ntype: float\ndimension: 5\nspace: left-posterior-superior\n"
+              f"sizes: 3 {field.shape[2]} {field.shape[1]} {field.shape[0]} 2\nspace directions: none "
+              + " ".join(vector(*map(float, column)) for column in axes.T)
+              + f" none\nkinds: vector domain domain domain list\nendian: little\nencoding: raw\n"
+              f"space origin: {vector(*map(float, origin))}\nSequenceMotion.Version:=1\nSequenceMotion.ReferenceFrame:=0\n"
+              "SequenceMotion.FrameTimes_s:=0 1\nSequenceMotion.Cycle_s:=0\nSequenceMotion.Harmonics:=0\n\n")
+    field = np.ascontiguousarray(field, dtype="<f4")
+    return header.encode() + bytes(field.nbytes) + field.tobytes()
+
+
+class Motion:
+    """The motion of the material from one volume to the next, or through a sequence. Returned by register() and open_motion(). It can be
+    pickled, and so passed between processes."""
+
+    def __init__(self, found, spacing, origin, direction, begin_s=0.0):
         self._found = found
+        self._begin_s = begin_s
         self._summary = found.summary()
         self.spacing = tuple(spacing)  #: mm along x, y, z of the index
         self.origin = tuple(origin)  #: LPS mm of the first sample
         self.direction = np.reshape(direction, (3, 3))  #: columns: directions of the index axes x, y, z in LPS
+
+    def __getstate__(self):
+        found = self._found
+        if not isinstance(found, _Copied):
+            if self.is_whole:
+                with tempfile.TemporaryDirectory() as folder:
+                    path = os.path.join(folder, "motion.nrrd")
+                    found.save(path, None)
+                    with open(path, "rb") as file:
+                        files = [file.read()]
+            else:
+                files = [_motion_file(self.step(k), self.spacing, self.origin, self.direction) for k in range(self.steps)]
+            count = self._summary["frame_count"] if self.is_whole else self.steps
+            confidences = []
+            try:
+                confidences = [found.confidence(k) for k in range(count)]
+            except ValueError:
+                pass  # a motion that was read from a file has none
+            found = _Copied(files, self._summary, confidences, found.geometry(), self._begin_s)
+        return {**self.__dict__, "_found": found}
 
     @property
     def steps(self):
@@ -205,11 +391,11 @@ class Motion:
     def at(self, time_s):
         """The field from the reference frame to a time of the sequence (s), shape (z, y, x, 3), float32, mm along L, P, S. ValueError unless
         is_whole."""
-        return self._found.field(0, float(time_s), False)
+        return self._found.field(0, _number(time_s, "time_s"), False)
 
     def inverse(self, k=0, *, time_s=None):
         """The inverse field: of step k, or from a time (s) to the reference frame. Shape (z, y, x, 3), float32, mm along L, P, S."""
-        return self._found.field(self._checked(k), None if time_s is None else float(time_s), True)
+        return self._found.field(self._checked(k), None if time_s is None else _number(time_s, "time_s"), True)
 
     @property
     def confidence(self):
@@ -230,9 +416,16 @@ class Motion:
     def warp(self, image, k=0, *, time_s=None, inverse=False):
         """Warps a volume: at each sample x the value of `image` at x + field(x), linear between samples. The field is that of step k, or with
         time_s that from the reference frame to this time (s). With step k, frame k + 1 is warped onto frame k; with inverse=True frame k onto
-        frame k + 1. Shape (z, y, x), float32."""
-        array = _taken(_image_of(image).array)
-        return self._found.warp(array, self._checked(k), None if time_s is None else float(time_s), inverse)
+        frame k + 1. Shape (z, y, x), float32. ValueError if the volume is not on the grid of the frames."""
+        image = _volume_of(image)
+        size = tuple(self._found.size())
+        if image.array.shape != size:
+            raise ValueError(f"the volume has the shape {image.array.shape}, but the motion is that of frames of {size}")
+        for name in ("spacing", "origin", "direction"):
+            known = getattr(image, name)
+            if known is not None and not np.allclose(known, np.reshape(getattr(self, name), -1), rtol=1e-4, atol=1e-3):
+                raise ValueError(f"the volume has another {name} than the frames of this motion: resample it to their grid")
+        return self._found.warp(_taken(image.array), self._checked(k), None if time_s is None else _number(time_s, "time_s"), bool(inverse))
 
     def save(self, path, k=None):
         """Writes the field of step k as an ITK displacement field (.mha, .nrrd, .nii, .nii.gz). For a sequence, without k: writes the one
@@ -249,7 +442,10 @@ class Motion:
                 f"{', ' + trust if trust else ''}>")
 
     def _checked(self, k):
-        k = int(k)
+        try:
+            k = operator.index(k)
+        except TypeError:
+            raise TypeError(f"a step must be a whole number, not {type(k).__name__}") from None
         if not -self.steps <= k < self.steps:
             raise IndexError(f"there is no step {k}: the motion has {self.steps}")
         return k % self.steps
@@ -261,7 +457,7 @@ def register(fixed, moving=None, *, spacing=None, origin=None, direction=None, m
 
     fixed, moving: two volumes on the same grid. Without `moving`, `fixed` is a sequence: a list of volumes, or a 4D array (t, z, y, x).
         Volumes are numpy arrays (z, y, x), or images of nibabel, SimpleITK or itk. Contiguous arrays of integers of 8, 16 or 32 bits, float32
-        or float64 are read without a copy.
+        or float64 are read without a copy. Masked samples (numpy.ma) are ignored in all frames, as where the mask is 0.
     spacing, origin: mm along x, y, z of the index, and LPS mm of the first sample; direction: 3 x 3, its columns the directions of the
         index axes x, y, z in LPS. They override those of an image; without both they are 1 mm, 0 and the unit matrix.
     mask: (z, y, x); samples where it is 0 are ignored.
@@ -283,17 +479,24 @@ def register(fixed, moving=None, *, spacing=None, origin=None, direction=None, m
     spacing, origin, direction = grid[1:]
     if times is None and first.step_s:
         times = [k * first.step_s for k in range(len(frames))]
-    times = [] if times is None else [float(time) for time in times]
+    times = [] if times is None else [_number(time, "a time") for time in times]
     if any(not time >= 0.0 for time in times):
         raise ValueError("the times of volumes must be 0 or more")
     if times and len(times) != len(frames):
         raise ValueError(f"there are {len(frames)} volumes, but {len(times)} times")
     if mask is not None:
-        mask = np.ascontiguousarray(np.asarray(_image_of(mask).array) != 0, dtype=np.uint8)
+        mask = np.ma.filled(_volume_of(mask).array, 0) != 0
+        if mask.shape != first.array.shape:
+            raise ValueError(f"the mask has the shape {mask.shape}, but the volumes have {first.array.shape}: resample it to their grid")
+    frames, mask = _unmasked(frames, mask)
+    if mask is not None:
+        mask = np.ascontiguousarray(mask, dtype=np.uint8)
+    if progress is not None and not callable(progress):
+        raise TypeError(f"progress must be a function, not {type(progress).__name__}")
     flags = ((_palpate.CYCLIC if cyclic else 0) | (_palpate.PAIRWISE if pairwise else 0)
              | (0 if verdict else _palpate.NO_VERDICT))
-    found = _palpate.estimate(_context(gpu), [_taken(image.array) for image in frames], *grid, preset, times, mask, flags, progress)
-    return Motion(found, spacing, origin, direction)
+    found = _palpate.estimate(_context(gpu), [_taken(image.array) for image in frames], *grid, _text(preset, "preset") or "balanced", times, mask, flags, progress)
+    return Motion(found, spacing, origin, direction, times[0] if times else 0.0)
 
 
 def open_motion(path, *, gpu=None):
@@ -346,8 +549,8 @@ class Session:
         paths = _paths(scene)
         arrays = grid = None
         if frames is not None:
-            images = ([_image_of(frame) for frame in frames] if isinstance(frames, (list, tuple)) else
-                      [_image_of(frames)] if _image_of(frames).array.ndim == 3 else _frames_of(frames, None))
+            images = ([_volume_of(frame) for frame in frames] if isinstance(frames, (list, tuple)) else
+                      [_volume_of(frames)] if _volume_of(frames).array.ndim == 3 else _frames_of(frames, None))
             if not images:
                 raise ValueError("there are no frames")
             grid = _grid_of(images, spacing, origin, direction)
@@ -361,18 +564,29 @@ class Session:
         flags = ((0 if cyclic else _palpate.NOT_CYCLIC) | (_palpate.MOVABLE if movable else 0)
                  | (_palpate.TRUE_SIZE if true_size else 0) | (_palpate.LIVE if live else 0) | (0 if motion else _palpate.NO_MOTION)
                  | (_palpate.FORGET_MOTION if forget_motion else 0))
+        numbers = {"iso_value": iso_value, "width": width, "strength_n": strength_n, "friction": friction, "scale": scale,
+                   "frames_per_second": frames_per_second, "wait_s": wait_s, "lets_go_s": lets_go_s, "watchdog_s": watchdog_s,
+                   "max_force_n": max_force_n, "stiffness_n_per_m": stiffness_n_per_m, "workspace_radius_m": workspace_radius_m,
+                   "device_force_n": device_force_n}
+        for name, number in numbers.items():
+            if number is not None:
+                _number(number, name)
+        texts = {"json": json, "wall": wall, "values": values, "image": image, "transform": transform, "device": device, "hand": hand,
+                 "tool": tool, "preset": preset}
+        for name, text in texts.items():
+            _text(text, name)
         of_scene = {
             "flags": flags, "paths": paths, "json": json, "folder": _path(folder), "mode_libraries": _paths(modes), "frames": arrays,
-            "grid": grid, "times": [] if times is None else [float(time) for time in times], "iso_value": iso_value, "width": width,
+            "grid": grid, "times": [] if times is None else [_number(time, "a time") for time in times], "iso_value": iso_value, "width": width,
             "strength_n": strength_n, "friction": friction, "wall": wall, "values": values, "segments": _paths(segments),
-            "segment_names": _paths(segment_names), "segments_frame": segments_frame, "fields": _path(fields),
+            "segment_names": _paths(segment_names), "segments_frame": operator.index(segments_frame), "fields": _path(fields),
             "frames_per_second": frames_per_second, "scale": scale, "image": image, "transform": transform, "wait_s": wait_s}
         flags = ((0 if estimate else _palpate.NO_ESTIMATION) | (0 if real_time else _palpate.NO_REAL_TIME)
                  | (_palpate.DEAD_MAN if dead_man else 0) | (_palpate.FOLLOW if follow else 0))
         of_session = {
             "flags": flags, "device": device, "path": _path(path), "hand": hand, "lets_go_s": lets_go_s, "tool": tool,
             "watchdog_s": watchdog_s, "max_force_n": max_force_n, "stiffness_n_per_m": stiffness_n_per_m,
-            "workspace_radius_m": workspace_radius_m, "device_force_n": device_force_n, "serve": serve, "record": _path(record),
+            "workspace_radius_m": workspace_radius_m, "device_force_n": device_force_n, "serve": operator.index(serve), "record": _path(record),
             "csv": _path(csv), "black_box": _path(black_box), "preset": preset}
         context = _context(gpu) if estimate else _palpate.Context(None, False)
         self._session = _palpate.Session(context, of_scene, of_session)
@@ -380,17 +594,20 @@ class Session:
     def tick(self, position_m, time_ns=0, buttons=0):
         """Computes one haptic frame: returns the force (x, y, z), N, for a hand at `position_m` (m). time_ns: when the position was taken, by
         a clock that never jumps; 0: now. buttons: bit k is 1 while button k is down. ValueError with device=, where palpate has the loop."""
-        return self._session.tick(position_m, time_ns, buttons)
+        try:
+            return self._session.tick(position_m, time_ns, buttons)
+        except TypeError:
+            raise TypeError("tick() takes the hand's position as three numbers (m), and whole numbers for time_ns and buttons") from None
 
     def push_frame(self, frame, *, spacing=None, origin=None, direction=None, time_ns=0):
         """Gives the next frame of a live source (frames=, live=True): an array (z, y, x) or an image. Without a geometry it has that of the
         first frame. The motion to it is estimated, and the material follows. Of the frames that arrive during an estimation only the last one
         is used. time_ns: time.monotonic_ns() when it was taken; 0: now. Call it from one thread."""
-        image = _image_of(frame)
+        image = _volume_of(frame)
         grid = None
         if any(known is not None for known in (spacing, origin, direction, image.spacing)):
             grid = _grid_of([image], spacing, origin, direction)
-        self._session.push_frame(_taken(image.array), grid, time_ns)
+        self._session.push_frame(_taken(image.array), grid, operator.index(time_ns))
 
     def replay(self, recording, *, tubes=None):
         """Replays a recording of this scene (record=, `palpate feel --record`), and compares every bit. tubes: a file for the stream tubes of
@@ -422,11 +639,11 @@ class Session:
 
     def play(self, on=True):
         """Plays or pauses, by a ramp. False while the motion is not known."""
-        return self._session.play(on)
+        return self._session.play(bool(on))
 
     def scrub(self, share):
         """Sets the time of every moving volume to a share of its sequence, 0 to 1, and pauses. False while the motion is not known."""
-        return self._session.scrub(share)
+        return self._session.scrub(_number(share, "share"))
 
     def rearm(self):
         """Lets the force come back after an oscillation that went on although the force was reduced; after other causes it comes back without
@@ -439,12 +656,12 @@ class Session:
         matrix = np.asarray(world_from_volume, dtype=float)
         if matrix.shape not in ((3, 4), (4, 4)):
             raise ValueError("a place is a matrix of 3 x 4 or 4 x 4")
-        return self._session.place(volume, [float(number) for number in matrix[:3].reshape(-1)])
+        return self._session.place(operator.index(volume), [float(number) for number in matrix[:3].reshape(-1)])
 
     def set_mode(self, index, on=True, gain=1.0):
         """Switches mode `index` of the scene on or off and sets a factor on its strengths, by a ramp. False, and nothing is changed, while
         too many changes wait for the next tick: call it again."""
-        return self._session.set_mode(index, on, gain)
+        return self._session.set_mode(operator.index(index), bool(on), _number(gain, "gain"))
 
     def release_tube(self):
         """Lays a stream tube through the proxy at the next tick: the field line there, of vectors, of the gradient that guides, or of the
@@ -474,12 +691,22 @@ class Session:
 
     def picture(self, position_m=(0.13, 0.09, 0.34), look_at_m=(0.0, 0.0, 0.0), *, width=640, height=480, height_angle=0.55):
         """Draws the scene, seen from position_m towards look_at_m (world, m), with height_angle radians from bottom to top. Returns RGBA,
-        shape (height, width, 4), uint8. ValueError before the first tick. Any thread; one picture is drawn at a time."""
-        eye, at = np.asarray(position_m, dtype=float), np.asarray(look_at_m, dtype=float)
+        shape (height, width, 4), uint8. ValueError before the first tick, and if position_m is at look_at_m. Any thread; one picture is
+        drawn at a time."""
+        eye, at = np.array(_numbers(position_m, "position_m", 3)), np.array(_numbers(look_at_m, "look_at_m", 3))
+        height_angle = _number(height_angle, "height_angle")
+        if not 0.0 < height_angle < np.pi:
+            raise ValueError("height_angle must be between 0 and pi")
+        width, height = operator.index(width), operator.index(height)
+        if min(width, height) < 1:
+            raise ValueError("a picture has at least one pixel in each direction")
         back = eye - at
+        if not np.linalg.norm(back) > 0.0:
+            raise ValueError("position_m and look_at_m are the same place: look at another one")
         back /= np.linalg.norm(back)
+        # Straight up or down there is no direction to the right: that of the world is taken.
         right = np.cross((0.0, 1.0, 0.0), back)
-        right /= np.linalg.norm(right)
+        right = right / np.linalg.norm(right) if np.linalg.norm(right) > 1e-9 else np.array((1.0, 0.0, 0.0))
         up = np.cross(back, right)
         tan_y = float(np.tan(0.5 * height_angle))
         return self._session.picture(list(eye), _quaternion(np.column_stack((right, up, back))), tan_y * width / height, tan_y,
