@@ -51,7 +51,10 @@ CancelOnSignal::CancelOnSignal() {
 CancelOnSignal::~CancelOnSignal() {
   watcher_.request_stop();
   watcher_.join();
-  for (const auto& [number, action] : actions_before_) sigaction(number, &action, nullptr);
+  struct sigaction ignoring {};
+  ignoring.sa_handler = SIG_IGN;
+  for (const auto& [number, action] : actions_before_)
+    sigaction(number, source_.stop_requested() ? &ignoring : &action, nullptr);
   pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
 
@@ -65,9 +68,9 @@ void CancelOnSignal::watch(std::stop_token ended) {
     const bool is_new =
         sigtimedwait(&signals_, nullptr, &tick) > 0 || taken_by_handler.exchange(0) > 0;
     if (is_new && at_once_) end_now("palpate: Stopped as asked, before anything began.\n");
-    if (is_new && source_.stop_requested())
+    if (is_new && source_.stop_requested() && Clock::now() - asked > kSameRequest)
       end_now("palpate: Ended at once, after a second signal.\n");
-    if (is_new) {
+    if (is_new && !source_.stop_requested()) {
       asked = Clock::now();
       source_.request_stop();
     }

@@ -11,13 +11,18 @@
 namespace palpate::app {
 
 /// While it lives, turns Ctrl-C (SIGINT), SIGTERM, SIGHUP (the terminal was closed) and SIGQUIT
-/// into a stop request, so that no half-written file stays behind. A second signal ends the program
-/// at once (after the servo thread's ramp). A signal that was ignored when the program was started
+/// into a stop request, so that no half-written file stays behind. What follows within kSameRequest
+/// is the same request: timeout, Slurm and systemd send a signal to the program and to its group,
+/// and Ctrl-C reaches both through a program that passes it on. A later signal ends the program at
+/// once (after the servo thread's ramp). After a request, signals are ignored when this has ended,
+/// since the program is about to end. A signal that was ignored when the program was started
 /// (nohup) stays ignored. Threads that start later inherit the blocked signals; older ones (a
 /// library may start threads when it is loaded, before main()) get a handler that only counts. One
 /// object at a time.
 class CancelOnSignal {
  public:
+  static constexpr std::chrono::seconds kSameRequest{2};
+
   CancelOnSignal();
   ~CancelOnSignal();
   CancelOnSignal(const CancelOnSignal&) = delete;

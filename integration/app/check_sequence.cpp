@@ -6,10 +6,10 @@
 
 #include "compute/motion/estimate_sequence.h"
 #include "compute/motion/sequence_quality.h"
+#include "compute/volume/sequence.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/sequence_output.h"
 #include "integration/app/summary.h"
-#include "integration/files/frame_times.h"
 #include "integration/files/frames.h"
 #include "integration/files/landmarks.h"
 #include "integration/files/raster_file.h"
@@ -96,7 +96,7 @@ Result<CheckedMotion> read_told(const SequenceCheck& command, const std::vector<
   const bool from_reference = inputs.front().filename().string().starts_with(kFromReference);
   const size_t frames =
       from_reference ? fields->size() : fields->size() + (leads_back(inputs.back()) ? 0 : 1);
-  const std::vector<double> times = times_s.empty() ? files::counted_times(frames) : times_s;
+  const std::vector<double> times = times_s.empty() ? assumed_times(frames) : times_s;
   if (times.size() != frames)
     return files::bad_input(inputs.front(),
                             "and the others are {} fields for {} frames, but the sequence has {}: "
@@ -149,7 +149,7 @@ Result<std::optional<Verdict>> checked(const SequenceCheck& command, Console& co
     auto kept = all_frames(*opened, {});
     if (!kept) return kept.error();
     frames = std::move(*kept);
-    times_s = opened->times_s.empty() ? files::counted_times(frames.size()) : opened->times_s;
+    times_s = opened->times_s.empty() ? assumed_times(frames.size()) : opened->times_s;
   }
   const auto told = read_told(command, times_s);
   if (!told) return told.error();

@@ -82,9 +82,7 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
   app.add_option("--friction", command.sequence.friction, "Coulomb's mu")
       ->check(number_in(files::kFrictions))
       ->capture_default_str();
-  app.add_option("--fps", command.sequence.frames_per_second,
-                 "Frames per second, instead of the file's times")
-      ->check(number_in(files::kFrameRates));
+  add_frame_rate(app, command.sequence.frames_per_second);
   app.add_option(
          "--fields", command.sequence.fields,
          "What 'palpate motion' wrote, its folder or its sequence_motion.nrrd; else the motion is "
@@ -135,6 +133,13 @@ void add_felt_seeing(CLI::App& app, FeelCommand& command) {
 }
 
 }  // namespace
+
+void add_frame_rate(CLI::App& app, double& frames_per_second) {
+  app.add_option("--fps,--frames-per-second", frames_per_second,
+                 "Frames per second, instead of the file's times. Without either, all frames are "
+                 "played in one second, at most 30 a second")
+      ->check(number_in(files::kFrameRates));
+}
 
 void add_values(CLI::App& app, scenes::SequenceChoices& choices) {
   std::vector<std::string> words;
@@ -205,6 +210,10 @@ void add_live(CLI::App& app, FeelCommand& command) {
   app.add_option("--transform", command.live_transform,
                  "igtl://...: the transforms of this device name move the volume")
       ->type_name("NAME");
+  app.add_flag(
+      "--no-crc", command.no_crc,
+      "igtl://...: accept messages whose sender computes no CRC (PLUS does so if it is not "
+      "asked to); the same as ?crc=none behind the address");
   app.add_flag_callback(
       "--follow", [&command] { command.keep_cycles = false; },
       "igtl://...: follow every frame, even where they repeat");
@@ -242,6 +251,11 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
                  "Pixels along an edge of each eye's picture")
       ->check(whole_number_in(64, 2048))
       ->capture_default_str();
+}
+
+std::string server_address(const FeelCommand& command, const std::string& place) {
+  constexpr const char* kNoCrc = "?crc=none";
+  return place + (command.no_crc && !place.ends_with(kNoCrc) ? kNoCrc : "");
 }
 
 Command add_feel(CLI::App& program) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "integration/app/feel_run.h"
 #include "integration/app/progress.h"
 
 namespace palpate::app {
@@ -88,6 +89,16 @@ std::vector<std::string> scene_lines(const LoadedScene& scene, bool live) {
   return lines;
 }
 
+std::vector<std::string> notes_of(const LoadedScene& scene) {
+  std::vector<std::string> notes = scene.notes;
+  for (const auto& volume : scene.data)
+    if (std::string note = assumed_times_text(
+            *volume, scene.from_sequence ? "--fps" : "frames_per_second in the scene");
+        !note.empty())
+      notes.push_back(std::move(note));
+  return notes;
+}
+
 std::string motion_text(const LiveMotion& motion) {
   if (motion.is_done()) return {};
   const LiveMotion::Progress now = motion.progress();
@@ -97,12 +108,16 @@ std::string motion_text(const LiveMotion& motion) {
   return now.left_s < 0.0 ? text : text + ", " + duration_text(now.left_s) + " left";
 }
 
+const char* state_text(const TickOutput& tick) {
+  return tick.cause != Cause::kNone ? word(tick.cause)
+         : tick.command.in_contact  ? "touching"
+                                    : "free";
+}
+
 std::string live_text(const TickOutput& tick, const ServoStatistics& statistics, double seconds) {
   const uint64_t ticks = statistics.ticks.load();
   const double mean_ns = statistics.period.mean_ns();
-  const char* state = tick.cause != Cause::kNone ? word(tick.cause)
-                      : tick.command.in_contact  ? "touching"
-                                                 : "free";
+  const char* state = state_text(tick);
   return fmt::format("{:7.1f} s  {:5.0f} Hz  {:5.2f} N  phase {:5.2f}  {}{}", seconds,
                      mean_ns > 0.0 && ticks > 1 ? 1e9 / mean_ns : 0.0,
                      glm::length(tick.command.force_n), tick.first.frame + tick.first.phase, state,

@@ -22,6 +22,9 @@ std::vector<std::string> scene_lines(const LoadedScene& scene, bool live);
 /// "motion 3 of 20 steps, 25 s left"; nothing once it is done.
 std::string motion_text(const LiveMotion& motion);
 
+/// What the hand does, or why its force is not the scene's: "touching", "free", "starting", ...
+const char* state_text(const TickOutput& tick);
+
 /// The live line of a tick: "1.23 N at 1000 Hz, phase 2.31, touching".
 std::string live_text(const TickOutput& tick, const ServoStatistics& statistics, double seconds);
 

@@ -20,6 +20,7 @@
 #include "integration/app/viewers.h"
 #include "integration/devices/spacemouse.h"
 #include "integration/files/atomic_file.h"
+#include "integration/files/frames.h"
 #include "integration/files/vtk_lines.h"
 #include "integration/scenes/tubes_file.h"
 #include "integration/sessions/connected_session.h"
@@ -44,7 +45,16 @@ using sessions::ToolSource;
 constexpr auto kSilence = std::chrono::milliseconds(500);
 
 /// How long the end of a run may take after a signal; the force is down in a tenth of a second.
-constexpr std::chrono::seconds kPatience{10};
+constexpr std::chrono::seconds kPatience{20};
+
+/// How long the end of a run waits for the picture that is being drawn.
+constexpr std::chrono::seconds kLastPicture{5};
+
+/// What is felt, for titles: a sequence of many files has the name of their folder.
+std::string name_of(const FeelCommand& command) {
+  const std::string first = command.inputs.front().string();
+  return openigtlink::is_place(first) ? first : files::sequence_name(command.inputs);
+}
 
 /// One run of the loop with everything that listens to it.
 class FeelRun {
@@ -66,7 +76,7 @@ class FeelRun {
     if (!command_.hand) choice.device = "none";
     if (!command_.tool.empty()) {
       auto tool =
-          ToolSource::open(command_.tool, command_.tool_name,
+          ToolSource::open(server_address(command_, command_.tool), command_.tool_name,
                            [this](const std::string& note) { console_.say("Tool      " + note); });
       if (!tool) return fail(console_, tool.error());
       connected_.tool = std::move(*tool);
@@ -98,7 +108,7 @@ class FeelRun {
     for (const std::string& line : scene_lines(*scene, connected_.live != nullptr))
       console_.say(line);
     if (command_.hand) console_.say(fmt::format("Device    {}", opened_.why));
-    for (const std::string& note : scene->notes) console_.say("Note      " + note);
+    for (const std::string& note : notes_of(*scene)) console_.say("Note      " + note);
     console_.say("Shown     " + viewers_.why);
     SessionOptions options = session_options(scene->spec);
     if (const Status kept = start_flight(scene->spec, options.haptics.safety); !kept)
@@ -110,6 +120,16 @@ class FeelRun {
     cancel.give_up_after(kPatience);
     feel(at_start, cancel.token());
     return finish();
+  }
+
+  /// After all has been said: returns the exit code, or ends the program with it while a picture is
+  /// still being drawn. A driver's call can not be interrupted, and nothing that it uses may be
+  /// destroyed.
+  int ended(int rc) {
+    outputs_.reset();
+    if (!still_draws_) return rc;
+    std::fflush(nullptr);
+    std::quick_exit(rc);
   }
 
   /// After run(): how the servo thread ran; null if it never did.
@@ -141,7 +161,7 @@ class FeelRun {
         console_.complain("palpate: The window was closed before anything was felt.");
         std::_Exit(kExitInternal);
       }
-      if (Clock::now() - begin > kSilence) console_.live("Reading   " + now);
+      if (Clock::now() - begin > kSilence) console_.live("Reading   " + now, "reading");
     }
     console_.end_progress();
     return work.get();
@@ -188,7 +208,8 @@ class FeelRun {
       return open_device(command_.gpu, said->exchange(true) ? quiet : console_);
     };
     options.on_note = [this](const std::string& note) { console_.say("Live      " + note); };
-    auto opened = LiveSource::open(command_.inputs.front().string(), std::move(options));
+    auto opened = LiveSource::open(server_address(command_, command_.inputs.front().string()),
+                                   std::move(options));
     if (!opened) return opened.error();
     connected_.live = std::move(*opened);
     return Nothing{};
@@ -206,7 +227,7 @@ class FeelRun {
     choice.mirror = command_.mirror;
     choice.pass_through = command_.pass_through;
     choice.overlay = command_.overlay;
-    choice.scene_name = command_.inputs.front().filename().string();
+    choice.scene_name = name_of(command_);
     choice.gpu = command_.gpu;
     choice.view = command_.view;
     auto viewers = open_viewers(choice);
@@ -355,24 +376,27 @@ class FeelRun {
       std::string line = live_text(tick, connected_.session->statistics(), now_s);
       if (!motion.is_done()) line += "  " + motion_text(motion);
       if (connected_.live) line += "  " + connected_.live->live_text();
-      if (command_.hand) console_.live(line);
+      if (command_.hand) console_.live(line, state_text(tick));
       if (motion.is_done() && motion_known_s == 1e12) motion_known_s = now_s;
     }
     console_.end_progress();
     end();
     tell_headset();
-    kept_ = connected_.flight.finish();
     display_lost_ = viewers_.window && viewers_.window->lost();
     if (display_lost_ && connected_.flight.black_box())
       connected_.flight.black_box()->write_last("display-lost");
   }
 
-  /// Ends the viewers, then the session and what is connected to it. Further calls do nothing.
+  /// Ends the session, so that the force goes to zero whatever is being drawn; then the viewers.
+  /// Further calls do nothing.
   void end() {
+    if (is_ended_) return;
+    is_ended_ = true;
+    connected_.stop();
+    kept_ = connected_.flight.finish();
     if (viewers_.window) viewers_.window->end();
     if (viewers_.headset) viewers_.headset->end();
-    if (gallery_) gallery_->stop();
-    connected_.stop();
+    if (gallery_) still_draws_ = !gallery_->stop(kLastPicture);
   }
 
   /// True if the run needed the window and its display is gone; with a headset the run goes on.
@@ -462,9 +486,8 @@ class FeelRun {
     const auto& rows = flight.log()->rows();
     const FeelNumbers numbers = flight.log()->numbers();
     if (!command_.picture.empty() && done)
-      done = write_feel_picture(
-          command_.picture.string(),
-          fmt::format("Feeling {}", command_.inputs.front().filename().string()), numbers, rows);
+      done = write_feel_picture(command_.picture.string(), "Feeling " + name_of(command_), numbers,
+                                rows);
     const Session& session = *connected_.session;
     const std::string summary = summary_text(numbers, session.statistics(), session.report(),
                                              session.haptics().tank().ledger());
@@ -501,8 +524,7 @@ class FeelRun {
       console_.complain("palpate: There are no views of the volume: " + gallery_->trouble());
     const charts::Timeline timeline =
         feel_timeline("", connected_.flight.log()->numbers(), connected_.flight.log()->rows());
-    const std::string title =
-        fmt::format("Feeling {}", command_.inputs.front().filename().string());
+    const std::string title = "Feeling " + name_of(command_);
     Status done = stage_views(*outputs_, gallery_->pictures(), title, timeline);
     if (!done) return done;
     const auto path = outputs_->stage("summary.txt");
@@ -523,14 +545,22 @@ class FeelRun {
   }
 
   void tell_gallery() {
+    const std::string page = (command_.headless / "page.png").string();
+    if (gallery_->frames() == 0) {
+      console_.say(
+          fmt::format("Shown     no picture: the run ended before the first one was drawn\n"
+                      "Look at\n  {}   what was felt, on one page",
+                      page));
+      return;
+    }
     console_.say(
         fmt::format("Shown     {} stereo pictures of 2 x {} x {}, {:.0f} ms each (median), the "
                     "first after {:.1f} s",
                     gallery_->frames(), command_.picture_size, command_.picture_size,
                     gallery_->median_ms(), gallery_->first_picture_s()));
     console_.say(fmt::format(
-        "Look at\n  {}   what was seen and felt, on one page\n  {}   a view for two eyes",
-        (command_.headless / "page.png").string(), (command_.headless / "view_1.png").string()));
+        "Look at\n  {}   what was seen and felt, on one page\n  {}   a view for two eyes", page,
+        (command_.headless / "view_1.png").string()));
   }
 
   const FeelCommand& command_;
@@ -539,6 +569,7 @@ class FeelRun {
   std::optional<files::StoredCalibration> calibration_;
   OpenedDevice opened_;
   bool display_lost_ = false;
+  bool is_ended_ = false, still_draws_ = false;
   Status kept_ = Nothing{};  ///< whether table and recording are complete
   std::unique_ptr<devices::SpaceMouse> second_hand_;
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
@@ -601,7 +632,10 @@ int run_feel(const FeelCommand& command) {
   CancelOnSignal cancel;
   Console console(command.quiet, command.json);
   if (!command.replay.empty()) return replay_run(command, console);
-  if (!command.servo_report) return FeelRun(command, console).run(cancel);
+  if (!command.servo_report) {
+    FeelRun run(command, console);
+    return run.ended(run.run(cancel));
+  }
   const Result<std::string> alone = periods_alone(command, cancel);
   if (!alone) return fail(console, alone.error());
   FeelRun run(command, console);
@@ -609,7 +643,7 @@ int run_feel(const FeelCommand& command) {
   if (run.statistics())
     console.say(fmt::format("Servo     alone: {}\n          in this run: {}", *alone,
                             periods_text(*run.statistics())));
-  return rc;
+  return run.ended(rc);
 }
 
 }  // namespace palpate::app

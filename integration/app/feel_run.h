@@ -31,6 +31,7 @@ struct FeelCommand {
   std::string headset = "auto";
   std::string live_image, live_transform;  ///< device names in an OpenIGTLink source
   bool keep_cycles = true;                 ///< for such a source
+  bool no_crc = false;                     ///< accept messages without a CRC, also of a tool
   std::string tool, tool_name;  ///< a tracked tool used as the hand: igtl://..., and its name
   int serve_port = 0;           ///< port of the OpenIGTLink server; 0: none
   std::string on_headset_loss = "ramp";
@@ -47,6 +48,13 @@ struct FeelCommand {
   bool hand = true;                 ///< false: viewing only, as in 'palpate view'
 };
 
+/// The address of a live source or a tool, as the options say.
+std::string server_address(const FeelCommand& command, const std::string& place);
+
+/// The notes of a scene, for the user of the program: choices that were made, and how to make
+/// others.
+std::vector<std::string> notes_of(const LoadedScene& scene);
+
 /// Runs or replays a scene, from the first line of output to the summary; returns the exit code.
 /// Call it on the main thread, before others are started: it handles Ctrl-C and the signals of a
 /// crash.
@@ -55,6 +63,8 @@ int run_feel(const FeelCommand& command);
 /// Not 18944, the usual port of OpenIGTLink, which the other program uses.
 constexpr int kServePort = 18945;
 
+/// Adds --fps.
+void add_frame_rate(CLI::App& app, double& frames_per_second);
 /// Adds the options of segmentations and of a scene's folder, shared by feel, view and plan.
 void add_segments(CLI::App& app, scenes::SequenceChoices& choices);
 /// Adds the options for the values of a sequence: one frame's, the mean, or each frame's own; and

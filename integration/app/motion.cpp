@@ -9,6 +9,7 @@
 #include "integration/app/commands.h"
 #include "integration/app/delivery.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/feel_run.h"
 #include "integration/app/gpu.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/overwrite.h"
@@ -16,7 +17,6 @@
 #include "integration/app/series_option.h"
 #include "integration/app/summary.h"
 #include "integration/files/atomic_file.h"
-#include "integration/files/frame_times.h"
 #include "integration/files/frames.h"
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
@@ -41,6 +41,7 @@ struct MotionCommand {
   int iterations = 0;
   int levels = 0;
   std::optional<float> nan_as;
+  double frames_per_second = 0.0;  ///< 0: the file's times
   bool cyclic = false;
   bool inverse = false;
   bool confidence = false;
@@ -301,8 +302,8 @@ Result<MotionResults> find_whole(const MotionCommand& command, const std::string
   SequenceMotionOptions options;
   options.estimator = estimator;
   options.estimator.cyclic = command.cyclic;
-  std::vector<double> times_s = frames.times_s;
-  if (times_s.empty()) times_s = files::counted_times(frames.count);
+  const std::vector<double> times_s =
+      frames.times_s.empty() ? assumed_times(frames.count) : frames.times_s;
   MotionResults found;
   SequenceReport report;
   std::vector<Confidence> step_confidence(frames.count);
@@ -357,10 +358,15 @@ int run(const MotionCommand& command) {
   if (!motion) return fail(console, motion.error());
   if (const Status wish = check_wish(command); !wish) return fail(console, wish.error());
   if (const Status name = check_output_name(command); !name) return fail(console, name.error());
-  const auto open_frames = [&] {
-    return command.is_pair()
-               ? files::open_pair(command.inputs[0], command.inputs[1], command.nan_as)
-               : files::open_sequence(command.inputs, command.nan_as);
+  const auto open_frames = [&]() -> Result<Frames> {
+    auto opened = command.is_pair()
+                      ? files::open_pair(command.inputs[0], command.inputs[1], command.nan_as)
+                      : files::open_sequence(command.inputs, command.nan_as);
+    if (!opened || command.frames_per_second <= 0.0) return opened;
+    opened->times_s.clear();
+    for (size_t k = 0; k < opened->count; ++k)
+      opened->times_s.push_back(double(k) / command.frames_per_second);
+    return opened;
   };
   auto opening = begin_open_device(command.device);  // in parallel to reading the files
   auto frames = open_frames();
@@ -374,6 +380,11 @@ int run(const MotionCommand& command) {
         files::mask_of_numbers(command.inputs, *command.nan_as, std::move(*mask), &frames->notes);
   if (!mask) return fail(console, mask.error());
   console.say(fmt::format("Frames    {}", files::frames_text(*frames)));
+  if (command.is_whole(frames->count) && frames->times_s.empty())
+    frames->notes.push_back(
+        fmt::format("The times of the frames are not known: all {} are said to be in {:.3g} s; "
+                    "--fps says otherwise.",
+                    frames->count, double(frames->count) * assumed_times(frames->count)[1]));
   for (const std::string& note : frames->notes) console.say("Note      " + note);
   const auto context = open_device(std::move(opening), command.device, console);
   if (!context) return fail(console, context.error());
@@ -487,6 +498,7 @@ Command add_motion(CLI::App& program) {
       "--cyclic", command->cyclic,
       "The last frame leads back to the first (one motion for all frames: if it does not, "
       "that is said and the cycle left open)");
+  add_frame_rate(*app, command->frames_per_second);
   app->add_flag("--inverse", command->inverse, "Also write the inverse of each field");
   app->add_flag("--confidence", command->confidence,
                 "Also write how far to trust each voxel, 0..1");

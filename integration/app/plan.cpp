@@ -24,7 +24,7 @@ int run(const std::vector<std::filesystem::path>& inputs, const scenes::Sequence
         "The motion of {} is not known yet: 'palpate feel' estimates it while the still frame is "
         "felt.",
         scene->spec.volumes[missing.volume].name));
-  for (const std::string& note : scene->notes) console.say("Note      " + note);
+  for (const std::string& note : notes_of(*scene)) console.say("Note      " + note);
   return kExitOk;
 }
 
@@ -39,6 +39,7 @@ Command add_plan(CLI::App& program) {
       ->type_name("PATH")
       ->required();
   add_series_option(*app, *inputs);
+  add_frame_rate(*app, choices->frames_per_second);
   app->add_option("--fields", choices->fields,
                   "What 'palpate motion' wrote: its folder or its sequence_motion.nrrd")
       ->type_name("PATH")

@@ -98,12 +98,23 @@ int run(int argc, char** argv) {
 
 }  // namespace
 
+std::string system_sentence(const std::system_error& error) {
+  // Of the calls that the C++ library makes for the program only the start of a thread says this.
+  if (error.code() == std::errc::resource_unavailable_try_again)
+    return "No further thread could be started: end other programs, or allow more processes "
+           "(ulimit -u; in a container or a job of Slurm its limit of tasks)";
+  if (error.code() == std::errc::too_many_files_open)
+    return "No further file could be opened: allow more open files (ulimit -n)";
+  return fmt::format("A call to the system failed: {}", error.what());
+}
+
 CommandLine described_program(const std::string& about) {
   CommandLine program;
   program.app = std::make_unique<CLI::App>(
       fmt::format("{}: {}\n{}", kProgramName, about, exit_codes_text()), kProgramName);
   program.app->require_subcommand(1);
-  program.app->set_version_flag("--version", fmt::format("{} {}", kProgramName, PALPATE_VERSION));
+  program.app->set_version_flag("-V,--version",
+                                fmt::format("{} {}", kProgramName, PALPATE_VERSION));
   return program;
 }
 
@@ -128,7 +139,7 @@ int run_program(int argc, char** argv) {
   } catch (const std::system_error& error) {
     // The program that read stdout has ended (as 'head' does).
     if (error.code() == std::errc::broken_pipe) return kExitInternal;
-    fmt::print(stderr, "{}: A call to the system failed: {}.\n", kProgramName, error.what());
+    fmt::print(stderr, "{}: {}.\n", kProgramName, system_sentence(error));
     return kExitInternal;
   } catch (const std::bad_alloc&) {
     fmt::print(stderr,

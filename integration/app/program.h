@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace palpate::app {
@@ -39,6 +40,9 @@ void add_commands(CommandLine& program, std::vector<Command> commands);
 /// The body of main(): parses, checks that no output is an input, runs the command. Returns the
 /// exit code; every error is one sentence on stderr.
 int run_program(int argc, char** argv);
+
+/// What a failed call to the system means, and what to do; without a full stop.
+std::string system_sentence(const std::system_error& error);
 
 /// The command `help`, for every program; it looks up the other commands when it runs.
 Command add_help(CLI::App& program);

@@ -19,7 +19,8 @@ void put(std::FILE* stream, std::string_view text) {
 
 constexpr int kBarWidth = 24;
 constexpr auto kRedraw = std::chrono::milliseconds(100);
-constexpr auto kLiveLine = std::chrono::seconds(1);
+constexpr auto kChangedLine = std::chrono::seconds(1);
+constexpr auto kSameLine = std::chrono::seconds(10);
 
 // Below this share the time left can not be estimated.
 constexpr double kEarlyShare = 0.02;
@@ -79,12 +80,16 @@ void Console::progress(double share, std::string_view doing) {
   draw_bar();
 }
 
-void Console::live(std::string_view line) {
+void Console::live(std::string_view line, std::string_view state) {
   if (quiet_) return;
   const std::lock_guard lock(mutex_);
   const auto now = Clock::now();
-  if (now - last_live_ < (has_bar_ ? kRedraw : kLiveLine)) return;
+  const Clock::duration pause = has_bar_               ? Clock::duration(kRedraw)
+                                : state == last_state_ ? Clock::duration(kSameLine)
+                                                       : Clock::duration(kChangedLine);
+  if (now - last_live_ < pause) return;
   last_live_ = now;
+  last_state_ = state;
   if (has_bar_) {
     put(stderr, fmt::format("\r\033[K{}", line));
     drawn_ = true;

@@ -46,9 +46,10 @@ class Console {
   /// nothing: see Steps.
   void progress(double share, std::string_view doing);
 
-  /// The present state of work without an end: on a terminal one line that is redrawn, elsewhere a
-  /// line each second. Calls in between cost little.
-  void live(std::string_view line);
+  /// The present state of work without an end: on a terminal one line that is redrawn. Elsewhere,
+  /// in a log file, a line when `state` (a word or two) changes, at most one a second, and one
+  /// every ten seconds. Calls in between cost little.
+  void live(std::string_view line, std::string_view state);
 
   /// Removes the bar; the next progress() restarts the clock.
   void end_progress();
@@ -72,6 +73,7 @@ class Console {
   bool running_ = false;
   bool drawn_ = false;
   Clock::time_point last_live_{};
+  std::string last_state_;
   double share_ = 0.0;
   std::string doing_;
   Clock::time_point start_, step_start_;

@@ -29,9 +29,7 @@ Command add_serve(CLI::App& program) {
       ->capture_default_str();
   app->add_option("--seconds", command->seconds, "End after this time; else at Ctrl-C")
       ->check(number_in({0.1, 1e6}));
-  app->add_option("--fps", command->sequence.frames_per_second,
-                  "Frames per second, instead of the file's times")
-      ->check(number_in(files::kFrameRates));
+  add_frame_rate(*app, command->sequence.frames_per_second);
   app->add_option("--fields", command->sequence.fields,
                   "What 'palpate motion' wrote, its folder or its sequence_motion.nrrd; else the "
                   "motion is estimated meanwhile")

@@ -62,7 +62,7 @@ Result<LoadedScene> shown_scene(const FeelCommand& command, Console& console) {
   sessions::LiveSourceOptions options;
   options.image = command.live_image;
   options.on_note = [&console](const std::string& note) { console.say("Live      " + note); };
-  auto source = sessions::LiveSource::open(place, std::move(options));
+  auto source = sessions::LiveSource::open(server_address(command, place), std::move(options));
   return source ? (*source)->load(command.sequence, false, {}) : source.error();
 }
 
@@ -70,7 +70,7 @@ Result<LoadedScene> shown_scene(const FeelCommand& command, Console& console) {
 Status draw(const FeelCommand& command, double frame, Console& console, std::stop_token stop) {
   auto scene = shown_scene(command, console);
   if (!scene) return scene.error();
-  for (const std::string& note : scene->notes) console.say("Note      " + note);
+  for (const std::string& note : notes_of(*scene)) console.say("Note      " + note);
   if (frame >= double(frames_of(*scene)))
     return Error{ErrorKind::kBadInput, fmt::format("There is no frame {}: the frames are 0 to {}",
                                                    frame, frames_of(*scene) - 1)};
@@ -151,9 +151,7 @@ Command add_view(CLI::App& program) {
   add_seeing(*app, *command);
   app->add_option("--seconds", command->seconds, "Window or headset: end after this time")
       ->check(number_in({0.1, 1e6}));
-  app->add_option("--fps", command->sequence.frames_per_second,
-                  "Frames per second, instead of the file's times")
-      ->check(number_in(files::kFrameRates));
+  add_frame_rate(*app, command->sequence.frames_per_second);
   app->add_option("--fields", command->sequence.fields,
                   "What 'palpate motion' wrote, its folder or its sequence_motion.nrrd, moves the "
                   "picture")

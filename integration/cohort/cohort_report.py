@@ -19,7 +19,8 @@ MEANING = {"ok": "no check found anything", "suspect": "a person should look at 
 STYLE = """
 body { font: 15px/1.45 Inter, system-ui, sans-serif; margin: 2rem auto; max-width: 72rem; padding: 0 1rem; color: #1b2230; background: #fff }
 h1 { font-size: 1.5rem } table { border-collapse: collapse; width: 100% } th, td { text-align: right; padding: .35rem .6rem; border-bottom: 1px solid #dfe3ea; vertical-align: top }
-th:first-child, td:first-child, .text { text-align: left } img { width: 11rem; border-radius: 4px } .state { font-weight: 600 }
+th:first-child, td:first-child, .text { text-align: left } th { hyphens: auto } td { overflow-wrap: anywhere } td.text { min-width: 9rem }
+.table { overflow-x: auto } img { width: 11rem; max-width: 100%; border-radius: 4px } .state { font-weight: 600 }
 .ok { color: #1a7f4b } .suspect, .left { color: #9a6700 } .failed, .unusable, .lost { color: #b3261e } .quiet { color: #667085 }
 @media (prefers-color-scheme: dark) { body { background: #14181f; color: #e4e8ef } th, td { border-color: #2c3440 } .ok { color: #55c98b } .suspect, .left { color: #e0b04c } .failed, .unusable, .lost { color: #ff8a80 } .quiet { color: #98a2b3 } a { color: #8ab4f8 } }
 """
@@ -29,6 +30,13 @@ def text(value, digits: int = 2) -> str:
     if value is None:
         return "-"
     return f"{value:.{digits}f}" if isinstance(value, float) else html.escape(str(value))
+
+
+def cell(value) -> str:
+    """A number in the table: as many digits as mean something."""
+    if value is None:
+        return ""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def row(one: dict) -> str:
@@ -56,9 +64,9 @@ def page(all_of: list[dict]) -> str:
     return (f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Cohort</title><style>{STYLE}</style></head><body>'
             f"<h1>Motion of {len(all_of)} sequences</h1><ul>{''.join(said)}</ul>{spent}"
             "<p>The worst come first. Of a sequence each number is that of its worst frame. The same numbers are in "
-            '<a href="cohort.csv">cohort.csv</a>.</p><table><thead><tr><th>sequence</th><th class="text">verdict</th><th>frames</th>'
+            '<a href="cohort.csv">cohort.csv</a>.</p><div class="table"><table><thead><tr><th>sequence</th><th class="text">verdict</th><th>frames</th>'
             "<th>motion, mean / most, mm</th><th>local correlation</th><th>motion left, voxels</th><th>voxels that fold</th>"
-            f"<th>least determinant</th><th>seconds</th></tr></thead><tbody>{rows}</tbody></table></body></html>\n")
+            f"<th>least determinant</th><th>seconds</th></tr></thead><tbody>{rows}</tbody></table></div></body></html>\n")
 
 
 def attempts_of(folder: Path) -> list[dict]:
@@ -131,7 +139,7 @@ def report(output: Path, sequences: list[dict]) -> dict[str, list[str]]:
     writer = csv.writer(table)
     writer.writerow(("name", "state", *NUMBERS, "reasons"))
     for one in all_of:
-        writer.writerow((one["name"], one["state"], *("" if one.get(key) is None else one[key] for key in NUMBERS),
+        writer.writerow((one["name"], one["state"], *(cell(one.get(key)) for key in NUMBERS),
                          " ".join(one.get("reasons", []))))
     write(output / "cohort.csv", table.getvalue())
     write(output / "cohort.html", page(all_of))

@@ -120,6 +120,48 @@ bool has_image_ending(const fs::path& path) {
   return false;
 }
 
+std::vector<std::string> unusual_place(const Grid& grid) {
+  constexpr double kFine_mm = 0.005;     // not tested below
+  constexpr double kCoarse_mm = 50.0;    // no scanner's voxel
+  constexpr double kFarthest_mm = 10e3;  // no scanner's table moves as far
+  std::vector<std::string> sentences;
+  const glm::dvec3 spacing = grid.spacing_mm;
+  const double finest = grid.finest_mm(), coarsest = std::max({spacing.x, spacing.y, spacing.z});
+  if (finest < kFine_mm)
+    sentences.push_back(fmt::format(
+        "A spacing of {:.3g} mm is finer than what palpate was tried on: is the unit right?",
+        finest));
+  if (coarsest > kCoarse_mm)
+    sentences.push_back(fmt::format(
+        "A spacing of {:.3g} mm is coarser than any scanner's: is the unit right?", coarsest));
+  const double away_mm = glm::length(grid.lps_from_index(0.5 * glm::dvec3(grid.size - 1)));
+  if (away_mm > kFarthest_mm)
+    sentences.push_back(fmt::format(
+        "The middle of the image is {:.4g} m from the origin, farther than a scanner's table "
+        "moves: is the origin right, in mm?",
+        1e-3 * away_mm));
+  return sentences;
+}
+
+std::string sequence_name(const std::vector<fs::path>& inputs) {
+  std::error_code error;
+  // Without "." and a slash at the end, which have no name.
+  const auto named = [&](const fs::path& path) {
+    const fs::path whole = fs::absolute(path, error).lexically_normal();
+    return whole.has_filename() ? whole : whole.parent_path();
+  };
+  const fs::path first = named(inputs.front()), folder = first.parent_path();
+  if (fs::is_directory(first, error)) return first.filename().string();
+  const bool shared = std::all_of(inputs.begin(), inputs.end(), [&](const fs::path& input) {
+    return named(input).parent_path() == folder;
+  });
+  if (inputs.size() > 1 && shared && folder.has_filename()) return folder.filename().string();
+  fs::path name = first.stem();
+  for (const char* inner : {".seq", ".nii"})
+    if (name.extension() == inner) name = name.stem();
+  return name.string();
+}
+
 std::string grid_text(const Grid& grid) {
   return fmt::format("{} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm", grid.size.x, grid.size.y,
                      grid.size.z, grid.spacing_mm.x, grid.spacing_mm.y, grid.spacing_mm.z);

@@ -40,6 +40,13 @@ Result<std::optional<Mask>> read_mask_for(const std::filesystem::path& file, con
 /// The name of an image file that palpate can write; folders have none of these endings.
 bool has_image_ending(const std::filesystem::path& path);
 
+/// What is unusual of where a grid lies and how fine it is, but not wrong: a sentence each.
+std::vector<std::string> unusual_place(const Grid& grid);
+
+/// What a sequence is called: its file without the ending, or its folder; of several files the
+/// folder that they share, or the first of them.
+std::string sequence_name(const std::vector<std::filesystem::path>& inputs);
+
 /// "115 x 157 x 129 voxels of 1.37 x 1.37 x 2.5 mm".
 std::string grid_text(const Grid& grid);
 

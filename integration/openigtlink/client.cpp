@@ -25,7 +25,7 @@ constexpr auto kTorn = 3s;    // within a message so long without a byte: it is 
 constexpr auto kAgain = 500ms;
 constexpr double kClockRestarted_s = 10.0;
 constexpr size_t kPiece = 1 << 20;
-constexpr std::string_view kScheme = "igtl://";
+constexpr std::string_view kScheme = "igtl://", kNoCrc = "?crc=none";
 
 }  // namespace
 
@@ -44,12 +44,16 @@ Result<ServerAddress> read_place(const std::string& text) {
   const Error wrong{
       ErrorKind::kBadInput,
       fmt::format("'{}' is not the address of an OpenIGTLink server: give igtl://HOST "
-                  "or igtl://HOST:PORT",
-                  text)};
+                  "or igtl://HOST:PORT, with {} behind it if its messages have no CRC",
+                  text, kNoCrc)};
   if (!is_place(text)) return wrong;
   std::string rest = text.substr(kScheme.size());
-  if (rest.ends_with('/')) rest.pop_back();
   ServerAddress place;
+  if (rest.ends_with(kNoCrc)) {
+    place.accepts_no_crc = true;
+    rest.resize(rest.size() - kNoCrc.size());
+  }
+  if (rest.ends_with('/')) rest.pop_back();
   std::string port;
   if (rest.starts_with('[')) {
     const size_t end = rest.find(']');
@@ -61,7 +65,7 @@ Result<ServerAddress> read_place(const std::string& text) {
     place.host = rest.substr(0, colon);
     if (colon != std::string::npos) port = rest.substr(colon);
   }
-  if (place.host.empty() || place.host.find('/') != std::string::npos) return wrong;
+  if (place.host.empty() || place.host.find_first_of("/?") != std::string::npos) return wrong;
   if (port.empty()) return place;
   int number = 0;
   const auto [end, error] = std::from_chars(port.data() + 1, port.data() + port.size(), number);
@@ -75,6 +79,7 @@ Result<ServerAddress> read_place(const std::string& text) {
 Result<std::unique_ptr<Client>> Client::start(const ServerAddress& place, ClientOptions options) {
   auto client = std::unique_ptr<Client>(new Client(std::move(options)));
   client->name_ = fmt::format("{}:{}", place.host, place.port);
+  client->accepts_no_crc_ = place.accepts_no_crc;
   client->address_ = std::make_shared<Address>();
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;
@@ -231,7 +236,13 @@ void Client::listen(int fd, std::stop_token stop) {
 }
 
 void Client::take(const Header& header, std::span<const std::byte> body) {
-  const auto content = content_of(header, body);
+  if (header.crc == 0 && !accepts_no_crc_ && crc64(body) != 0)
+    return refuse("no CRC",
+                  fmt::format("Messages of '{}' are left out: their CRC is 0, so damage on the way "
+                              "can not be seen. If their sender computes none, as PLUS does where "
+                              "it is not asked to, accept them by {} behind the server's address",
+                              header.device, kNoCrc));
+  const auto content = content_of(header, body, accepts_no_crc_);
   if (!content) return refuse("damaged", content.error().message);
   if (header.type == "IMAGE") return take_image(header, *content);
   if (options_.transform.empty() && transform_device_.empty()) transform_device_ = header.device;
@@ -269,6 +280,11 @@ void Client::take_image(const Header& header, std::span<const std::byte> content
                               header.device, size->x, size->y, size->z));
   auto image = read_image(content);
   if (!image) return refuse("no image of a grid", image.error().message);
+  if (image->is_ras_assumed)
+    say(fmt::format(
+        "The images of '{}' do not say their coordinate system: they are taken for RAS, "
+        "as OpenIGTLink's usually are",
+        header.device));
   last_time_s_ = header.time_s;
   last_crc_ = header.crc;
   device_ = header.device;

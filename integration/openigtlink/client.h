@@ -17,10 +17,13 @@
 
 namespace palpate::openigtlink {
 
-/// igtl://HOST[:PORT], as a person gives it; an IPv6 address in [ ].
+/// igtl://HOST[:PORT][?crc=none], as a person gives it; an IPv6 address in [ ].
 struct ServerAddress {
   std::string host;
   uint16_t port = 18944;
+  /// Messages with the CRC 0, whose sender computes none, are taken as they are. Without it they
+  /// are left out, as those with a wrong CRC always are.
+  bool accepts_no_crc = false;
 };
 bool is_place(const std::string& text);
 /// kBadInput in one sentence.
@@ -88,6 +91,7 @@ class Client {
 
   ClientOptions options_;
   std::string name_;  ///< "host:port"
+  bool accepts_no_crc_ = false;
   std::shared_ptr<Address> address_;
   std::atomic<bool> connected_{false};
   mutable std::mutex mutex_;

@@ -229,9 +229,10 @@ Result<Header> read_header(std::span<const std::byte, kHeaderBytes> bytes) {
   return header;
 }
 
-Result<std::span<const std::byte>> content_of(const Header& header,
-                                              std::span<const std::byte> body) {
-  if (crc64(body) != header.crc)
+Result<std::span<const std::byte>> content_of(const Header& header, std::span<const std::byte> body,
+                                              bool accepts_no_crc) {
+  const bool has_none = accepts_no_crc && header.crc == 0;
+  if (!has_none && crc64(body) != header.crc)
     return bad(fmt::format("A message {} was damaged on its way (its CRC is wrong)", header.type));
   if (header.version == 1) return body;
   if (body.size() < kExtendedBytes)
@@ -277,7 +278,8 @@ Result<ImageMessage> read_image(std::span<const std::byte> content) {
     return bad(fmt::format("An IMAGE has the scalar type {}, which does not exist", type));
   if (endian != 1 && endian != 2)
     return bad(fmt::format("An IMAGE has the endianness {}, which does not exist", endian));
-  if (coordinates != 1 && coordinates != 2)
+  // Old senders leave the byte at 0.
+  if (coordinates < 0 || coordinates > 2)
     return bad(
         fmt::format("An IMAGE has the coordinate system {}, which does not exist", coordinates));
   for (int a = 0; a < 3; ++a) {
@@ -295,11 +297,12 @@ Result<ImageMessage> read_image(std::span<const std::byte> content) {
                            size.x, size.y, size.z, content.size() - kImageHeaderBytes,
                            count * scalar_bytes));
   if (!is_finite(columns, centre)) return bad("The matrix of an IMAGE is not finite");
-  if (coordinates == 1) {
+  if (coordinates != 2) {
     columns = lps_from_ras(columns);
     centre = lps_from_ras(centre);
   }
   ImageMessage image;
+  image.is_ras_assumed = coordinates == 0;
   image.grid.size = whole;
   image.first = first;
   image.size = size;

@@ -43,14 +43,16 @@ Result<Header> read_header(std::span<const std::byte, kHeaderBytes> bytes);
 uint64_t crc64(std::span<const std::byte> bytes);
 
 /// The body without the extended header and the metadata of version 2 and 3. kBadInput: the sum
-/// does not match, or the sizes in it do not fit.
-Result<std::span<const std::byte>> content_of(const Header& header,
-                                              std::span<const std::byte> body);
+/// does not match, or the sizes in it do not fit. accepts_no_crc: the sum 0 means that there is
+/// none.
+Result<std::span<const std::byte>> content_of(const Header& header, std::span<const std::byte> body,
+                                              bool accepts_no_crc = false);
 
 /// An IMAGE, or a part of one.
 struct ImageMessage {
   Grid grid;                     ///< of the whole image, LPS; left-handed ones are turned right
   bool j_reversed = false;       ///< its j axis was the other way round on the wire
+  bool is_ras_assumed = false;   ///< the sender left the coordinate system open (0)
   glm::ivec3 first{0}, size{0};  ///< the part that came, in the sender's order of samples
   std::vector<float> values;     ///< of the part, shape (size.z, size.y, size.x)
   bool is_whole() const { return size == grid.size; }

@@ -11,6 +11,7 @@
 #include "compute/motion/estimate_sequence.h"
 #include "compute/volume/heart_phantom.h"
 #include "compute/volume/memory.h"
+#include "integration/files/frame_times.h"
 #include "integration/files/frames.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
@@ -233,6 +234,7 @@ Status read_whole(const fs::path& file, VolumeSpec& spec, const SequenceChoices&
   if (!frame) return frame.error();
   samples.add(*frame);
   data.frames.frames.push_back(std::move(*frame));
+  data.frames.times_known = reader->times_known();
   data.whole = std::move(*motion);
   return Nothing{};
 }
@@ -267,7 +269,7 @@ Status read_segments(VolumeSpec& spec, VolumeData& data, const OnDoing& doing) {
       return files::bad_input(
           segments.files.front(),
           "holds {} labels, and at most {} parts can be felt at once: is it an image? Of a "
-          "segmentation, name the parts to feel (--segment)",
+          "segmentation, name the parts to feel",
           parts, kMostModes);
     for (const files::LabelledPart& part : read.front().parts) {
       segments.parts.emplace_back();
@@ -289,6 +291,20 @@ Status read_segments(VolumeSpec& spec, VolumeData& data, const OnDoing& doing) {
     data.segments.push_back(std::move(segment));
   }
   return Nothing{};
+}
+
+/// A given motion at the pace that is asked for, or at that of its frames where neither they nor it
+/// have times.
+SequenceMotion at_pace_of(const FrameTimes& times, const VolumeSpec& spec, SequenceMotion motion) {
+  std::vector<double>& own_s = motion.basis.times_s;
+  const bool is_asked = spec.frames_per_second > 0.0 || spec.cycle_s > 0.0;
+  const bool has_none = times.assumed && own_s == files::counted_times(own_s.size());
+  if (own_s.size() != times.times_s.size() || own_s.size() < 2 || !(is_asked || has_none))
+    return motion;
+  const double factor = times.times_s.back() / own_s.back();
+  for (double& time_s : own_s) time_s *= factor;
+  motion.basis.cycle_s *= factor;
+  return motion;
 }
 
 Result<MovingVolume> read_volume_of(VolumeSpec& spec, const SequenceChoices& choices,
@@ -340,11 +356,16 @@ Result<MovingVolume> read_volume_of(VolumeSpec& spec, const SequenceChoices& cho
     }
   if (const Status segments = read_segments(spec, data, doing); !segments) return segments.error();
   if (doing) doing("preparing " + spec.name);
+  if (!given)
+    for (const std::string& unusual : files::unusual_place(
+             data.vectors.empty() ? data.frames.frames.front().grid : data.vectors.front().grid))
+      notes.push_back(fmt::format("{}: {}", spec.name, unusual));
   if (data.whole) return build(spec, std::move(data));
   if (given && given->motion && spec.values != CarriedValues::kOwn) {
     const auto own = build(spec, std::move(data));
     if (!own) return own.error();
-    return carried(*own, *given->motion, spec.values.value_or(CarriedValues::kReference));
+    return carried(*own, at_pace_of(own->times, spec, *given->motion),
+                   spec.values.value_or(CarriedValues::kReference));
   }
   // Consecutive fields are composed to one motion for all frames if that is asked for, or if the
   // segments are known in one frame only.
@@ -423,7 +444,7 @@ Status add_derived_wall(VolumeSpec& spec, MovingVolume& volume, const Volume& fr
     return files::bad_input(
         spec.files.front(),
         "has nothing large enough that is brighter than {:.4g} and has a border: choose another "
-        "iso-value, or feel the values (--wall values)",
+        "iso-value, or the wall 'values'",
         segments.iso_value.value_or(wall_of(frame).at.iso_value));
   const SegmentSpec& part = segments.parts.front();
   const glm::vec3 colour = part.colour ? glm::vec3(*part.colour) : glm::vec3(0.85F, 0.55F, 0.5F);
@@ -461,7 +482,7 @@ Result<ModeSpec> surface_of(const fs::path& file, const FirstFrame& samples,
   const double iso_value = found.at.iso_value;
   if (!(iso_value >= samples.low && iso_value <= samples.high))
     return files::bad_input(
-        file, "has values from {:.6g} to {:.6g}: there is no surface at --iso-value {:.6g}",
+        file, "has values from {:.6g} to {:.6g}: there is no surface at the iso-value {:.6g}",
         samples.low, samples.high, iso_value);
   auto strength = TransferFunction::window(iso_value, choices.width.value_or(found.at.width),
                                            choices.strength_n);
@@ -469,14 +490,13 @@ Result<ModeSpec> surface_of(const fs::path& file, const FirstFrame& samples,
   if (!choices.iso_value)
     notes.push_back(
         fmt::format("The surface to feel is put at {:.4g}, between the two main groups of values: "
-                    "--iso-value says otherwise.",
+                    "an iso-value says otherwise.",
                     iso_value));
   if (found.ends > kClosedWall)
     notes.push_back(fmt::format(
         "This surface is no closed wall: at {:.0f} % of its places it ends within {:.2g} mm "
         "or has a hole there, and a hand that strokes it falls through; feel a segmentation "
-        "instead "
-        "(--segments), or a wall derived from the values (--wall region).",
+        "instead, or a wall derived from the values (the wall 'region').",
         100.0 * found.ends, found.aside_mm));
   else
     notes.push_back(
@@ -504,7 +524,7 @@ Result<ModeSpec> guide_along(const Volume& lengths, const SequenceChoices& choic
   if (!choices.iso_value)
     notes.push_back(fmt::format(
         "These are vectors: the hand is guided along them, with full force at a length of {:.4g}; "
-        "--iso-value and --width say otherwise, and a scene file offers other modes.",
+        "an iso-value and a width say otherwise, and a scene file offers other modes.",
         longest));
   ModeSpec follow;
   follow.name = "along";
@@ -523,7 +543,7 @@ Status feel_usual(LoadedScene& scene, VolumeSpec& spec, MovingVolume& volume,
     if (asks_for_derived)
       return files::bad_input(
           spec.files.front(),
-          "holds vectors, and walls are derived from scalars: leave --wall out");
+          "holds vectors, and walls are derived from scalars: leave the wall out");
     auto guide = guide_along(samples.first, choices, scene.notes);
     if (!guide) return guide.error();
     guide->volume = spec.name;
@@ -551,7 +571,7 @@ Status feel_usual(LoadedScene& scene, VolumeSpec& spec, MovingVolume& volume,
     if (choices.wall == FeltWall::kUsual)
       notes.push_back(
           fmt::format("The iso-surface is no closed wall: at {:.0f} % of its places it ends within "
-                      "{:.2g} mm or has a hole. (--wall values feels it all the same.)",
+                      "{:.2g} mm or has a hole. (The wall 'values' is this surface all the same.)",
                       100.0 * values.ends, values.aside_mm));
     const Status added = add_derived_wall(spec, volume, samples.first, notes);
     if (added) scene.notes.insert(scene.notes.end(), notes.begin(), notes.end());
@@ -603,7 +623,7 @@ Result<LoadedScene> of_sequence(const std::vector<fs::path>& inputs, const Seque
   scene.name = inputs.front().string();
   scene.from_sequence = true;
   VolumeSpec spec;
-  spec.name = inputs.front().stem().string();
+  spec.name = files::sequence_name(inputs);
   spec.files = inputs;
   spec.frames_per_second = choices.frames_per_second;
   spec.cyclic = choices.cyclic;
@@ -674,8 +694,9 @@ Result<LoadedScene> load_scene(const std::vector<fs::path>& inputs, const Sequen
   const std::string name = inputs.front().string();
   const bool is_scene = inputs.size() == 1 && inputs.front().extension() == ".json";
   if (!choices.mode_libraries.empty() && !is_scene)
-    return Error{ErrorKind::kBadInput,
-                 "--modes adds haptic modes that a scene file names: give a scene file (.json)"};
+    return Error{
+        ErrorKind::kBadInput,
+        "Libraries of haptic modes are for a scene file, which names the modes: give one (.json)"};
   // Frames given by a program may have any name, also that of synthetic data.
   if (given_for(inputs, choices)) return of_sequence(inputs, choices, doing);
   using SyntheticScene = std::pair<const char*, SceneSpec (*)()>;
@@ -687,7 +708,7 @@ Result<LoadedScene> load_scene(const std::vector<fs::path>& inputs, const Sequen
       return Error{
           ErrorKind::kBadInput,
           fmt::format("'{}' is synthetic data, which have their own values at all times: leave "
-                      "--values out",
+                      "the choice of values out",
                       name)};
     return of_spec(name, scene(), choices, doing);
   }
@@ -744,7 +765,7 @@ Result<LoadedScene> load_shown_scene(const std::vector<fs::path>& inputs,
   if (scene && !scene->missing.empty() && choices.values && choices.values != CarriedValues::kOwn)
     return files::bad_input(inputs.front(),
                             "has no motion yet that could carry values: run 'palpate motion' and "
-                            "name its output (--fields), or leave --values out");
+                            "name its output as the fields, or leave the choice of values out");
   return scene;
 }
 

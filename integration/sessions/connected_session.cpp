@@ -34,9 +34,10 @@ Status ConnectedSession::begin(Result<std::unique_ptr<Session>> started, const L
 
 void ConnectedSession::stop() {
   if (!session) return;
+  // The force first: the others may wait for a volume that is being computed.
+  session->stop();
   if (server) server->end();
   if (live) live->end();
-  session->stop();
   if (tool) tool->end();
 }
 

@@ -40,8 +40,8 @@ class ConnectedSession {
   Status start_in_host(const LoadedScene& scene, const DeviceInfo& of_host, SessionOptions options,
                        const Volume* first_frame = nullptr);
 
-  /// No frame is taken and nothing is served any more, and the force goes to zero. Viewers of the
-  /// session end before. Further calls do nothing. One thread at a time.
+  /// The force goes to zero, then no frame is taken and nothing is served any more. Viewers of the
+  /// session may end later. Further calls do nothing. One thread at a time.
   void stop();
 
  private:

@@ -33,7 +33,8 @@ Result<std::shared_ptr<const scenes::GivenVolume>> given_of(const PalFrames& fra
     if (!volume)
       return refused(fmt::format("can not be taken, in frame {}: {}", k, volume.error().message));
     sequence.frames.push_back(std::move(*volume));
-    sequence.times_s.push_back(frames.times_s ? frames.times_s[k] : double(k));
+    if (!frames.times_s) continue;
+    sequence.times_s.push_back(frames.times_s[k]);
     if (k > 0 && !(sequence.times_s[k] > sequence.times_s[k - 1]))
       return refused("have times that do not rise");
   }
@@ -210,6 +211,9 @@ PalResult open_scene(PalContext* context, const PalSceneInfo* given, PalScene** 
   content->scene = std::move(*loaded);
   content->keeps_size = (info.flags & PAL_SCENE_TRUE_SIZE) || info.scale > 0.0;
   if (info.flags & PAL_SCENE_MOVABLE) make_movable(content->scene);
+  for (const auto& volume : content->scene.data)
+    if (std::string note = assumed_times_text(*volume, "frames_per_second"); !note.empty())
+      content->scene.notes.push_back(std::move(note));
   for (const std::string& note : content->scene.notes) content->context->say(note.c_str());
   *scene = reinterpret_cast<PalScene*>(Handle<SceneContent>::make(std::move(content)));
   return PAL_OK;

@@ -334,8 +334,8 @@ typedef struct PalFrames {
   /* frame_count arrays of size[0] * size[1] * size[2] samples, x fastest. */
   const void* const* frames;
   uint32_t frame_count;
-  /* frame_count times in rising order; NULL: as PalSceneInfo.frames_per_second, or one frame a
-     second. */
+  /* frame_count times in rising order; NULL: as PalSceneInfo.frames_per_second, or if that is
+     0 all frames in one second, at most 30 a second. */
   const double* times_s;
   const PalMotion* motion; /* of these frames; NULL: it is estimated while they are felt */
 } PalFrames;
@@ -363,8 +363,9 @@ typedef struct PalSceneInfo {
   uint32_t flags; /* PAL_SCENE_... */
   /* A scene file (.json, .x3d), a folder, a 4D file, files of frames in order, the name of a
      PalFrames, "heart", "shell", "molecule", or "igtl://HOST:PORT": the images of an OpenIGTLink
-     server. For a server the call waits for the first image; each session that is opened makes a
-     connection of its own and follows the images that arrive. */
+     server ("igtl://HOST:PORT?crc=none": also messages without a CRC). For a server the call waits
+     for the first image; each session that is opened makes a connection of its own and follows the
+     images that arrive. */
   const char* const* paths;
   uint32_t path_count;
   const char* json; /* instead of paths: a scene in the format of docs/scene-file.md */
@@ -376,11 +377,12 @@ typedef struct PalSceneInfo {
   const char* const* mode_libraries; /* haptic modes of your own, see docs/writing-a-mode.md */
   uint32_t mode_library_count;
   /* For a sequence without a scene file: */
-  const double* iso_value;  /* of the surface to feel; NULL: chosen from the data */
-  double strength_n;        /* the largest force of the surface; 0: 4 */
-  double friction;          /* Coulomb's mu; 0: 0.2; below 0: no friction */
-  double frames_per_second; /* 0: as in the data */
-  const char* fields;       /* folder or file that `palpate motion` wrote; NULL: none */
+  const double* iso_value; /* of the surface to feel; NULL: chosen from the data */
+  double strength_n;       /* the largest force of the surface; 0: 4 */
+  double friction;         /* Coulomb's mu; 0: 0.2; below 0: no friction */
+  /* 0: as in the data, or where they have no times all frames in one second, at most 30 a second */
+  double frames_per_second;
+  const char* fields; /* folder or file that `palpate motion` wrote; NULL: none */
   /* Also for a sequence without a scene file; each as the program's option of that name. */
   const char* wall; /* "values", "region" or "ridges"; NULL: chosen from the data */
   /* "reference", "mean" or "own"; NULL: chosen from the motion. Also for the volumes of a scene

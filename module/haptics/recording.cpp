@@ -136,7 +136,7 @@ Result<Recording> Recording::parse(const std::string& name, std::string bytes) {
   if (!bytes.starts_with(
           kRecordingMagic.substr(0, std::min(bytes.size(), kRecordingMagic.size()))) ||
       bytes.empty())
-    return refuse("this is no recording of palpate: give a file made with --record.");
+    return refuse("this is no recording of palpate: give the recording of a session.");
 
   Recording recording;
   recording.bytes_ = std::move(bytes);

@@ -50,10 +50,15 @@ void set_length(std::vector<double>& times_s, double& cycle_s, double length_s) 
 
 FrameTimes times_of(const VolumeSpec& spec, const Sequence& sequence, size_t frames) {
   FrameTimes times;
-  const bool known = spec.frames_per_second <= 0.0 && sequence.times_s.size() == frames;
-  const double step = spec.frames_per_second > 0.0 ? 1.0 / spec.frames_per_second : 1.0;
-  for (size_t k = 0; k < frames; ++k)
-    times.times_s.push_back(known ? sequence.times_s[k] - sequence.times_s[0] : double(k) * step);
+  if (spec.frames_per_second > 0.0) {
+    for (size_t k = 0; k < frames; ++k) times.times_s.push_back(double(k) / spec.frames_per_second);
+  } else if (sequence.times_s.size() == frames) {
+    for (const double time_s : sequence.times_s)
+      times.times_s.push_back(time_s - sequence.times_s.front());
+  } else {
+    times.times_s = assumed_times(frames);
+    times.assumed = frames > 1 && spec.cycle_s <= 0.0;
+  }
   if (spec.cyclic && frames > 1) times.cycle_s = cycle_of(times.times_s);
   if (spec.cycle_s > 0.0 && frames > 1) set_length(times.times_s, times.cycle_s, spec.cycle_s);
   return times;
@@ -312,7 +317,9 @@ Result<MovingVolume> carried_of(const VolumeSpec& spec, VolumeData data) {
   if (spec.cycle_s > 0.0) set_length(motion.basis.times_s, motion.basis.cycle_s, spec.cycle_s);
   MovingVolume own;
   own.name = spec.name;
-  own.times = {motion.basis.times_s, motion.basis.cycle_s};
+  own.times = {motion.basis.times_s, motion.basis.cycle_s,
+               spec.frames_per_second <= 0.0 && spec.cycle_s <= 0.0 && !data.frames.times_known &&
+                   are_assumed_times(motion.basis.times_s)};
   if (all)
     own.frames = std::move(*frames);
   else
@@ -409,7 +416,8 @@ Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& moti
                      std::to_string(own.frames.size()) + " frames."};
   MovingVolume volume;
   volume.name = own.name;
-  volume.times = {motion.basis.times_s, motion.basis.cycle_s};
+  volume.times = {motion.basis.times_s, motion.basis.cycle_s,
+                  own.times.assumed && are_assumed_times(motion.basis.times_s)};
   volume.whole = SequenceMap::of(motion);
   volume.frames = {values == CarriedValues::kMean ? mean_of(own.frames, *volume.whole)
                                                   : own.frames[motion.reference]};

@@ -40,7 +40,7 @@ struct VolumeData {
 
 /// The volume that is felt and shown, from files that were read. Data are moved in. Times: the
 /// file's own from its first frame on, or frame / frames_per_second where the spec gives that, or
-/// one frame a second where neither is known. A cycle closes after the median step. With `whole`,
+/// assumed_times() where neither is known. A cycle closes after the median step. With `whole`,
 /// times and cycle are the motion's, at its own pace or at the spec's frames_per_second. kBadInput,
 /// in one sentence that names the volume: what is missing, does not fit, lies elsewhere in space,
 /// or is not finite. Lays out fields and bounds them, on all cores: not for the servo thread.

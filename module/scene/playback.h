@@ -17,6 +17,7 @@ struct FrameTimes {
   std::vector<double> times_s;  ///< of each frame, rising, the first 0; uneven steps are honoured
   /// cyclic: from the first frame to the first again; 0: it ends at the last frame
   double cycle_s = 0.0;
+  bool assumed = false;  ///< nobody knows the times: see assumed_times()
   bool cyclic() const { return cycle_s > 0.0; }
   /// How many fields there are: one per step to a next frame.
   int steps() const { return int(times_s.size()) - (cyclic() ? 0 : 1); }

@@ -34,7 +34,18 @@ Gallery::Gallery(Session& session, const GalleryOptions& options)
                 return draw(viewer, snapshot);
               }) {}
 
+size_t Gallery::frames() const {
+  const std::lock_guard lock(mutex_);
+  return frame_ms_.size();
+}
+
+double Gallery::first_picture_s() const {
+  const std::lock_guard lock(mutex_);
+  return first_picture_s_;
+}
+
 double Gallery::median_ms() const {
+  const std::lock_guard lock(mutex_);
   if (frame_ms_.empty()) return 0.0;
   std::vector<double> sorted = frame_ms_;
   std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
@@ -42,6 +53,7 @@ double Gallery::median_ms() const {
 }
 
 std::vector<StereoPicture> Gallery::pictures() const {
+  const std::lock_guard lock(mutex_);
   std::vector<StereoPicture> pictures;
   for (const Kept& kept : kept_)
     if (kept.any) pictures.push_back(kept.picture);
@@ -56,15 +68,16 @@ Result<std::chrono::milliseconds> Gallery::draw(Viewer& viewer, const SceneSnaps
   if (const Status set = viewer.update(session_); !set) return set.error();
   auto pictures = viewer.take_all(snapshot, options_.size, 2);
   if (!pictures) return pictures.error();
+  const std::lock_guard lock(mutex_);
   frame_ms_.push_back(1e3 * seconds_since(start));
   if (first_picture_s_ == 0.0) first_picture_s_ = seconds_since(begin_);
   keep(snapshot, viewer.shown(), std::move(*pictures));
   return moves(snapshot) ? kGalleryFrame : kStillFrame;
 }
 
-/// Keeps one picture per part of the cycle. A picture with contact in motion is better than one of
-/// the still frame, and that is better than one in free space; of two equally good ones the one
-/// with a much larger force is kept.
+/// Call with mutex_ locked. Keeps one picture per part of the cycle. A picture with contact in
+/// motion is better than one of the still frame, and that is better than one in free space; of two
+/// equally good ones the one with a much larger force is kept.
 void Gallery::keep(const SceneSnapshot& snapshot, const ViewScene& scene,
                    std::vector<Picture> pictures) {
   size_t bin = 0;

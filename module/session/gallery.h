@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -29,14 +30,16 @@ class Gallery {
   /// Starts to draw once the device is open and the volumes are uploaded. `session` is borrowed.
   Gallery(Session& session, const GalleryOptions& options);
 
-  void stop() { thread_.stop(); }
-  /// Why there are no pictures, as a sentence; empty without an error. Call this and the functions
-  /// below only after stop().
+  /// Draws no further picture. Waits for the present one, but not longer than this: false if it is
+  /// still being drawn. Then the gallery and the session must not be destroyed yet.
+  bool stop(std::chrono::milliseconds most) { return thread_.stop_within(most); }
+  /// Why there are no pictures, as a sentence; empty without an error. This and the functions below
+  /// may be called at any time, on any thread.
   std::string trouble() const { return thread_.trouble(); }
   /// Number of frames drawn, and the median time for one, ms.
-  size_t frames() const { return frame_ms_.size(); }
+  size_t frames() const;
   double median_ms() const;
-  double first_picture_s() const { return first_picture_s_; }
+  double first_picture_s() const;
   /// In the order of their phases; phases without a picture are left out.
   std::vector<StereoPicture> pictures() const;
 
@@ -52,6 +55,7 @@ class Gallery {
   Session& session_;
   GalleryOptions options_;
   Clock::time_point begin_ = Clock::now();
+  mutable std::mutex mutex_;  ///< guards what follows
   std::vector<Kept> kept_;
   std::vector<double> frame_ms_;
   double first_picture_s_ = 0.0;

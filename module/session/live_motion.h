@@ -68,6 +68,8 @@ class LiveMotion {
   std::string trouble() const;
   /// Waits until the estimation has ended.
   void wait();
+  /// Asks the estimation to end, without waiting. Any thread.
+  void request_stop() { worker_.request_stop(); }
   /// Cancels the estimation and waits. Must not be called from a listener.
   void cancel();
 

@@ -8,6 +8,16 @@
 
 namespace palpate {
 
+std::string assumed_times_text(const MovingVolume& volume, const std::string& option) {
+  if (!volume.times.assumed) return {};
+  const size_t frames = volume.times.times_s.size();
+  const double step_s = volume.times.times_s[1] - volume.times.times_s[0];
+  return fmt::format(
+      "The times of the frames of {} are not known: all {} are played in {:.3g} s; {} says "
+      "otherwise.",
+      volume.name, frames, double(frames) * step_s, option);
+}
+
 void forget_motion(LoadedScene& scene) {
   for (size_t v = 0; v < scene.data.size(); ++v) {
     const std::string source = scene.spec.volumes[v].source;

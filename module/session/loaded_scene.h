@@ -35,6 +35,10 @@ struct LoadedScene {
   ModeKinds kinds;  ///< kinds of modes that the spec may name
 };
 
+/// "The times of the frames of heart_cine are not known: all 20 are played in 1 s; `option` says
+/// otherwise." for a volume with assumed times; empty where they are known.
+std::string assumed_times_text(const MovingVolume& volume, const std::string& option);
+
 /// Removes the known motion of synthetic data, so that it is estimated as for measured data.
 void forget_motion(LoadedScene& scene);
 

@@ -108,10 +108,12 @@ Session::~Session() {
 
 void Session::stop() {
   const std::lock_guard lock(stopping_);
-  if (motion_) motion_->cancel();
-  poses_.reset();
+  // The force first: an estimation ends only when the device has done what it was given.
+  if (motion_) motion_->request_stop();
   if (servo_) servo_->stop();
   if (host_) host_->stop();
+  poses_.reset();
+  if (motion_) motion_->cancel();
   commands_.reset();  // takes the commands up to now
 }
 

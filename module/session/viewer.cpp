@@ -80,6 +80,16 @@ void ViewerThread::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
+bool ViewerThread::stop_within(std::chrono::milliseconds most) {
+  thread_.request_stop();
+  {
+    std::unique_lock lock(mutex_);
+    if (!ended_.wait_for(lock, most, [this] { return has_ended_; })) return false;
+  }
+  stop();
+  return true;
+}
+
 std::string ViewerThread::trouble() const {
   const std::lock_guard lock(mutex_);
   return trouble_;
@@ -88,9 +98,10 @@ std::string ViewerThread::trouble() const {
 void ViewerThread::run(std::stop_token stop) {
   give_way(BackgroundWork::kPictures);
   const Status drawn = caught([&] { return draw_until(stop); });
-  if (drawn) return;
   const std::lock_guard lock(mutex_);
-  trouble_ = drawn.error().message;
+  if (!drawn) trouble_ = drawn.error().message;
+  has_ended_ = true;
+  ended_.notify_all();
 }
 
 Status ViewerThread::draw_until(std::stop_token stop) {

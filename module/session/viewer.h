@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -88,6 +89,9 @@ class ViewerThread {
 
   /// Ends the thread, as the destructor does, and waits for it.
   void stop();
+  /// The same, but waits at most so long for the picture that is being drawn. False: it is still
+  /// being drawn, and the session must not be destroyed yet.
+  bool stop_within(std::chrono::milliseconds most);
   /// Why there are no more pictures, as a sentence; empty without an error. Any thread.
   std::string trouble() const;
 
@@ -99,6 +103,8 @@ class ViewerThread {
   ViewerThreadOptions options_;
   Draw draw_;
   mutable std::mutex mutex_;
+  std::condition_variable ended_;
+  bool has_ended_ = false;
   std::string trouble_;
   std::jthread thread_;
 };

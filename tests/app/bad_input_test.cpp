@@ -182,6 +182,7 @@ TEST(Program, ExplainsItselfAndRefusesWhatItDoesNotKnow) {
     EXPECT_THAT(help.out, HasSubstr(command));
   EXPECT_EQ(run({"motion", "--help"}).exit_code, 0);
   EXPECT_THAT(run({"--version"}).out, StartsWith("palpate "));
+  EXPECT_EQ(run({"-V"}).out, run({"--version"}).out);
   expect_refused(run({}), {"--help"});
   expect_refused(run({"knead"}), {"--help"});
   expect_refused(run({"motion", "a.mha", "--fsat"}), {"--help"});

@@ -250,7 +250,7 @@ TEST(Feel, RefusesDataInWhichNothingCanBeFelt) {
   EXPECT_THAT(refusal({"plan", folder / "still.mha"}), HasSubstr("nothing to feel"));
   const std::string heart = written(small_heart(1).frames[0], folder / "heart.mha");
   EXPECT_THAT(refusal({"feel", heart, "--headset", "off", "--level", "99999"}),
-              AllOf(HasSubstr("has values from"), HasSubstr("--iso-value 99999")));
+              AllOf(HasSubstr("has values from"), HasSubstr("at the iso-value 99999")));
 }
 
 TEST(Feel, RefusesColourPicturesAsFlows) {

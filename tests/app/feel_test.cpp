@@ -133,13 +133,13 @@ TEST(Feel, DerivesAWallWhereTheValuesHaveNone) {
 
   const Outcome plain = run({"plan", kCine / "frame_00.mha", "--wall", "values"});
   ASSERT_EQ(plain.exit_code, 0) << plain.err;
-  EXPECT_THAT(plain.out, AllOf(HasSubstr("felt by    surface"), HasSubstr("(--wall region)")));
+  EXPECT_THAT(plain.out, AllOf(HasSubstr("felt by    surface"), HasSubstr("(the wall 'region')")));
   // Two frames without motion: the wall stands still until the motion is estimated; without
   // estimation it is the wall of the values.
   const Outcome waits = run({"plan", kCine / "frame_00.mha", kCine / "frame_01.mha"});
   EXPECT_THAT(waits.out,
               AllOf(HasSubstr("felt by    wall"),
-                    HasSubstr("The wall is that of frame 0: frame_00 stands still there")));
+                    HasSubstr("The wall is that of frame 0: heart_cine stands still there")));
   const Outcome alone =
       run(feel(kCine / "frame_00.mha", {kCine / "frame_01.mha", "--no-motion", "--seconds", "1"}));
   EXPECT_THAT(alone.out, Not(HasSubstr("Segment")));

@@ -69,8 +69,13 @@ TEST_P(EndBySignal, RampsAndFinishesWhatIsWritten) {
   Program program({"feel", "heart", "--headset", "off", "--device", "simulated", "--csv",
                    folder / "t.csv", "--record", folder / "r.rec", "--seconds", "120"});
   ASSERT_TRUE(program.wait_for("touching"));
+  // Twice, as timeout and Slurm send it: to the program and to its group.
   program.signal(GetParam());
-  EXPECT_EQ(program.wait().exit_code, 0);
+  std::this_thread::sleep_for(std::chrono::milliseconds(60));
+  program.signal(GetParam());
+  const Outcome outcome = program.wait();
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.err, "");
   expect_ramp_at_the_end(folder / "t.csv");
   const Outcome replayed = run({"feel", "heart", "--replay", folder / "r.rec"});
   EXPECT_THAT(replayed.out, HasSubstr("bit by bit"));

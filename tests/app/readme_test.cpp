@@ -3,10 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/wait.h>
+
+#include <algorithm>
 #include <cstdlib>
 #include <map>
 #include <regex>
-#include <set>
 #include <sstream>
 
 #include "tests/app/program.h"
@@ -24,76 +26,85 @@ struct Shown {
   std::vector<std::string> output;
 };
 
-/// How the test treats a command. Data of the shared folder are in the working folder, under the
-/// names that README uses.
+/// How the test treats a command. It runs them as README shows them, one after the other in an
+/// empty folder, as a newcomer who pastes them does.
 struct Way {
-  /// The same command, or with synopsis brackets resolved; empty: not run.
-  std::string run;
-  /// Why it is not run.
+  /// What is added, so that a busy machine does not matter.
+  std::string more;
+  /// Why it is not run; empty: it is run.
   std::string reason;
 };
 
 const fs::path kReadme = fs::path(PALPATE_SOURCE) / "README.md";
+constexpr const char* kInstalls = "installs: fresh_root.sh, manual_test and the tests of packages";
+constexpr const char* kOfPackages = "needs the packages: examples_test, fresh_root.sh";
 
-// In README's order: some commands use the output of earlier ones.
+// In README's order: most commands use the output of earlier ones.
 const std::vector<std::pair<std::string, Way>> kWays = {
     {"./run", {"", "installs packages and builds"}},
     {"./run tests", {"", "is what runs this test"}},
+    {"cmake --install build --prefix ~/.local --component palpate_program", {"", kInstalls}},
+    {"cmake -DBUILD=build -P cmake/uninstall.cmake", {"", kInstalls}},
+    {"build/palpate phantom heart --size 64 -o heart.seq.nrrd --frame-files frames --dicom series "
+     "--truth truth",
+     {}},
     {"build/palpate feel heart --device simulated --picture heart.png",
-     {"palpate feel heart --device simulated --picture heart.png --watchdog 1000", ""}},
+     {"--watchdog 1000 --seconds 3", ""}},
+    {"build/palpate plan heart", {}},
+    {"build/palpate plan docs/examples/dichloroethane.x3d", {}},
     {"build/palpate feel heart --device simulated --path docs/examples/tubes.csv --headless felt "
      "--tubes tubes.vtk",
-     {"palpate feel heart --device simulated --path " PALPATE_SOURCE
-      "/docs/examples/tubes.csv --headless felt --tubes tubes.vtk --watchdog 1000",
-      ""}},
+     {"--watchdog 1000", ""}},
     {"build/palpate feel shell --device force-dimension",
      {"", "needs a device: app_devices_test has one made"}},
-    {"build/palpate plan heart", {"palpate plan heart", ""}},
-    {"build/palpate plan docs/examples/dichloroethane.x3d",
-     {"palpate plan " PALPATE_SOURCE "/docs/examples/dichloroethane.x3d", ""}},
-    {"build/palpate feel igtl://127.0.0.1:18944 --device simulated --headset off --seconds 30 "
-     "--follow",
-     {"", "needs a live source: live_test has one"}},
-    {"build/palpate info breathing.seq.nrrd", {"palpate info breathing.seq.nrrd", ""}},
-    {"build/palpate view breathing.seq.nrrd --cut-open --picture chest.png",
-     {"palpate view breathing.seq.nrrd --cut-open --picture chest.png", ""}},
+    {"build/palpate serve heart --port 18944 --quiet --seconds 60 &",
+     {"", "takes a port that may be in use: live_test"}},
+    {"build/palpate feel igtl://127.0.0.1:18944 --image palpate_volume --device simulated "
+     "--headset off --seconds 15 --follow",
+     {"", "needs the server before: live_test has one"}},
+    {"build/palpate view heart.seq.nrrd --cut-open --picture cut.png", {}},
     {"build/palpate feel heart --headset openxr --device simulated",
      {"", "needs Monado: monado_test"}},
     {"build/palpate feel heart --overlay 0", {"", "needs Monado and another program: monado_test"}},
     {"build/palpate calibrate -o room.json --device simulated --tip 0,0,-60",
      {"", "needs a person in a headset: calibrate_test plays one"}},
-    {"build/palpate motion breathing.seq.nrrd -o fields --cyclic --pictures",
-     {"palpate motion breathing.seq.nrrd -o fields --cyclic --pictures", ""}},
-    {"build/palpate motion fixed.mha moving.mha -o u.mha [--preset fast|balanced|best|classic] "
-     "[--mask body.mha]",
-     {"palpate motion fixed.mha moving.mha -o u.mha --preset fast --mask body.mha", ""}},
+    {"build/palpate motion heart.seq.nrrd -o fields --cyclic --pictures", {}},
+    {"build/palpate motion frames/frame_0.mha frames/frame_1.mha -o u.mha --preset best", {}},
+    {"printf 'name,sequence,cyclic\\nheart,heart.seq.nrrd,yes\\n"
+     "pair,frames/frame_0.mha;frames/frame_1.mha,\\nbad,heart.png,\\n' > cohort.csv",
+     {}},
     {"integration/cohort/palpate-cohort cohort.csv -o cohort --jobs 2",
-     {"", "needs a table of its own: cohort_test.py"}},
-    {"build/palpate check fields/motion_1_to_2.mha --truth breathing_truth_1_to_2.mha --mask "
-     "breathing_body_1.mha --points breathing_points.csv --frames 1 2",
-     {"palpate check fields/motion_1_to_2.mha --truth breathing_truth_1_to_2.mha --mask "
-      "breathing_body_1.mha --points breathing_points.csv --frames 1 2",
-      ""}},
+     {"", "needs Snakemake, and half a minute: cohort_test.py"}},
+    {"build/palpate check fields/motion_1_to_2.mha --truth truth/truth_1_to_2.mha --mask "
+     "truth/wall_1.mha",
+     {}},
+    {"cmake --install build --component palpate_library && cmake --install build --component "
+     "palpate_development",
+     {"", kInstalls}},
+    {"(cd build && cpack) && sudo apt install ./build/libpalpate0_*.deb "
+     "./build/libpalpate-dev_*.deb",
+     {"", kInstalls}},
+    {"cmake -S /usr/share/doc/libpalpate-dev/examples -B examples && cmake --build examples",
+     {"", kOfPackages}},
+    {"examples/host_loop frames/frame_*.mha --seconds 30", {"", kOfPackages}},
+    {"examples/itk_demons frames/frame_0.mha frames/frame_1.mha truth/truth_0_to_1.mha "
+     "truth/wall_0.mha --field field.mha",
+     {"", kOfPackages}},
+    {"examples/vtk_volume --cycle 0.6 moved.vti frames/frame_*.mha", {"", kOfPackages}},
+    {"PYTHONPATH=build/python python3 docs/examples/cine.py frames/frame_*.mha "
+     "--frames-per-second 8 --save motion.nrrd",
+     {"", "needs numpy: examples_test"}},
+    {"cc -std=c99 -O2 -shared -fPIC docs/examples/my_mode.c $(pkg-config --cflags palpate) -lm -o "
+     "libmy_mode.so",
+     {"", kOfPackages}},
+    {"build/palpate feel docs/examples/my_mode.json --modes ./libmy_mode.so --device simulated "
+     "--headless pictures --seconds 4",
+     {"", kOfPackages}},
     {"./run chart", {"", "takes 18 minutes: chart_test runs short ones"}},
-    {"build/palpate motion pair_fixed.mha pair_moving.mha -o u.mha --within 2s",
+    {"build/palpate motion frames/frame_0.mha frames/frame_1.mha -o u.mha --within 2s",
      {"", "needs a chart of this machine: chart_test"}},
-    {"build/palpate-lab maps [motion|back-tracking|loop] [--quick] [--out FILE.html] [--csv "
-     "FOLDER]",
-     {"", "takes minutes: chart_test"}},
-    {"./host_loop frame_*.mha --seconds 30",
-     {"", "needs the packages: examples_test, fresh_root.sh"}},
-    {"cc -std=c99 -O2 -shared -fPIC my_mode.c $(pkg-config --cflags palpate) -lm -o libmy_mode.so",
-     {"", "needs the packages: examples_test, fresh_root.sh"}},
-    {"examples/itk_demons pair_fixed.mha pair_moving.mha pair_truth.mha pair_body.mha --field "
-     "field.mha",
-     {"", "needs the packages: examples_test, fresh_root.sh"}},
-    {"examples/vtk_volume --cycle 0.6 moved.vti frame_*.mha",
-     {"", "needs the packages: examples_test, fresh_root.sh"}},
-    {"palpate feel my_mode.json --modes ./libmy_mode.so --device simulated --headless pictures "
-     "--seconds 4",
-     {"", "needs the packages: examples_test, fresh_root.sh"}},
-    {"python3 cine.py frame_*.mha --frames-per-second 33.3 --save motion.nrrd",
-     {"", "needs the packages: examples_test, fresh_root.sh"}},
+    {"build/palpate-lab maps loop --quick --out maps.html", {"", "takes minutes: chart_test"}},
+    {"build/palpate info heart.seq.nrrd", {}},
 };
 
 std::string trimmed(std::string text) {
@@ -118,7 +129,9 @@ std::vector<Shown> shown_commands() {
     }
     if (!plain) continue;
     const bool prompt = line.starts_with("$ ");
-    const bool bare = !prompts && (line.starts_with("build/") || line.starts_with("./"));
+    const auto begins = [&](const char* with) { return line.starts_with(with); };
+    const bool bare =
+        !prompts && (begins("build/") || begins("./") || begins("cmake ") || begins("(cd "));
     if (!prompt && !bare && !goes_on) {
       if (has_command) found.back().output.push_back(line);
       continue;
@@ -182,47 +195,43 @@ class InAFolderOfItsOwn {
   fs::path before_;
 };
 
-TEST(Readme, EveryCommandOfItsBlocksIsKnownAndStandsThere) {
-  std::set<std::string> shown, known;
-  for (const Shown& one : shown_commands()) shown.insert(one.command);
-  for (const auto& [command, way] : kWays) {
-    known.insert(command);
-    EXPECT_NE(way.run.empty(), way.reason.empty()) << command;
-  }
-  for (const std::string& command : shown)
-    EXPECT_TRUE(known.contains(command)) << "not listed in this test: " << command;
-  for (const std::string& command : known)
-    EXPECT_TRUE(shown.contains(command)) << "README does not show it any more: " << command;
+TEST(Readme, EveryCommandOfItsBlocksIsKnownAndStandsThereInThisOrder) {
+  std::vector<std::string> shown, known;
+  for (const Shown& one : shown_commands()) shown.push_back(one.command);
+  for (const auto& [command, way] : kWays) known.push_back(command);
+  EXPECT_THAT(shown, ::testing::ElementsAreArray(known));
 }
 
-TEST(Readme, ItsCommandsPrintWhatItShows) {
+/// The shell's exit code, and what was printed.
+Outcome pasted(const std::string& command, const fs::path& folder) {
+  const std::string out = folder / "pasted_out", err = folder / "pasted_err";
+  const int status = std::system(("{ " + command + "\n} >" + out + " 2>" + err).c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, files::read_bytes(out),
+          files::read_bytes(err)};
+}
+
+TEST(Readme, ItsCommandsWorkInAnEmptyFolderAndPrintWhatItShows) {
   NEEDS_DEVICE();
-  const fs::path lung = fs::path(PALPATE_SHARED_DATA) / "lung";
-  if (!fs::exists(lung)) GTEST_SKIP() << lung << " is missing";
-  const TemporaryFolder folder;
+  const TemporaryFolder folder, outputs;
   const InAFolderOfItsOwn here(folder / ".");
-  for (const auto& entry : fs::directory_iterator(lung))
-    fs::create_symlink(fs::absolute(entry.path()), entry.path().filename());
-  for (const auto& [name, file] :
-       {std::pair("fixed.mha", "pair_fixed.mha"), std::pair("moving.mha", "pair_moving.mha"),
-        std::pair("body.mha", "pair_body.mha")})
-    fs::create_symlink(fs::absolute(lung / file), name);
+  // As in the source folder, after ./run.
+  fs::create_directory("build");
+  fs::create_symlink(PALPATE_PROGRAM, "build/palpate");
+  fs::create_directory_symlink(fs::path(PALPATE_SOURCE) / "docs", "docs");
   ::setenv("XDG_STATE_HOME", (folder / "state").c_str(), 1);
-  std::map<std::string, Shown> shown;
-  for (const Shown& one : shown_commands()) shown[one.command] = one;
-  for (const auto& [command, way] : kWays) {
-    if (way.run.empty()) {
-      std::printf("not run: %s (%s)\n", command.c_str(), way.reason.c_str());
+  for (const Shown& shown : shown_commands()) {
+    const auto found = std::find_if(kWays.begin(), kWays.end(), [&](const auto& known) {
+      return known.first == shown.command;
+    });
+    if (found == kWays.end()) continue;  // the test above says so
+    const Way& way = found->second;
+    if (!way.reason.empty()) {
+      std::printf("not run: %s (%s)\n", shown.command.c_str(), way.reason.c_str());
       continue;
     }
-    std::vector<std::string> words;
-    std::istringstream text(way.run);
-    for (std::string word; text >> word;) words.push_back(word);
-    words.erase(words.begin());  // palpate
-    const Outcome outcome = run(words);
-    // 3: suspect, which a user would also get.
-    EXPECT_EQ(outcome.exit_code, 0) << way.run << "\n" << outcome.out << outcome.err;
-    expect_printed(shown[command], outcome);
+    const Outcome outcome = pasted(shown.command + " " + way.more, outputs.path());
+    EXPECT_EQ(outcome.exit_code, 0) << shown.command << "\n" << outcome.out << outcome.err;
+    expect_printed(shown, outcome);
   }
   ::unsetenv("XDG_STATE_HOME");
 }

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "integration/files/frames.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/text.h"
 #include "integration/files/write_volume.h"
@@ -39,6 +40,42 @@ TEST(FolderOfFiles, MayHoldOneFileWithAllFrames) {
   const auto found = read_sequence({folder.path()});
   ASSERT_TRUE(found) << found.error().message;
   EXPECT_THAT(found->times_s, ElementsAre(0.0, 0.4));
+}
+
+TEST(Sequences, AreCalledByTheirFileOrFolder) {
+  const TemporaryFolder folder;
+  const std::filesystem::path cine = folder / "heart_cine", other = folder / "Series.1";
+  std::filesystem::create_directories(cine);
+  std::filesystem::create_directories(other);
+  const auto name = [](const std::vector<std::filesystem::path>& inputs) {
+    return sequence_name(inputs);
+  };
+  EXPECT_EQ(name({cine / "frame_00.mha", cine / "frame_01.mha"}), "heart_cine");
+  EXPECT_EQ(name({cine / "frame_00.mha", other / "frame_01.mha"}), "frame_00");
+  EXPECT_EQ(name({cine / "frame_00.mha"}), "frame_00");
+  EXPECT_EQ(name({cine}), "heart_cine");
+  EXPECT_EQ(name({cine / ""}), "heart_cine");
+  EXPECT_EQ(name({cine / "." / ""}), "heart_cine");
+  EXPECT_EQ(name({other}), "Series.1");
+  EXPECT_EQ(name({"breathing.seq.nrrd"}), "breathing");
+  EXPECT_EQ(name({"scan.1.nii.gz"}), "scan.1");
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(cine);
+  EXPECT_EQ(name({"frame_00.mha", "frame_01.mha"}), "heart_cine");
+  EXPECT_EQ(name({"."}), "heart_cine");
+  std::filesystem::current_path(before);
+}
+
+TEST(Sequences, FarAwayOrTooFineAreNamed) {
+  Grid usual = oblique_grid();
+  EXPECT_TRUE(unusual_place(usual).empty());
+  Grid far = usual, fine = usual, coarse = usual;
+  far.origin_mm.z += 5e6;
+  fine.spacing_mm *= 1e-4;
+  coarse.spacing_mm *= 1e3;
+  EXPECT_THAT(unusual_place(far), ElementsAre(HasSubstr("from the origin")));
+  EXPECT_THAT(unusual_place(fine), ElementsAre(HasSubstr("is finer than")));
+  EXPECT_THAT(unusual_place(coarse), ElementsAre(HasSubstr("is coarser than")));
 }
 
 TEST(ListOfFiles, IsReadInTheOrderGiven) {

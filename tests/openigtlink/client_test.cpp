@@ -169,6 +169,36 @@ TEST_F(ClientTest, WhatIsWrongIsLeftOutAndNamed) {
   EXPECT_EQ(client_->numbers().connections, 1u);
 }
 
+/// A sender that computes no CRC, among messages with a right and a wrong one.
+TEST_F(ClientTest, MessagesWithoutACrcAreTakenWhereThatIsAskedFor) {
+  for (const bool accepts : {false, true}) {
+    SCOPED_TRACE(accepts);
+    Heard heard;
+    auto client = Client::start({"127.0.0.1", server_.port(), accepts}, heard.options());
+    ASSERT_TRUE(client) << client.error().message;
+    ASSERT_TRUE(server_.accept_one());
+    WireImage wire;
+    wire.coordinates = 0;
+    wire.samples = Raw(24, 7);
+    WireHeader none, wrong;
+    none.seconds = wrong.seconds = 300;
+    none.crc_error = test::wire_crc(wire.body());
+    wrong.crc_error = 1;
+    ASSERT_TRUE(server_.send(test::wire_message(none, wire.body())));
+    ASSERT_TRUE(server_.send(test::wire_message(none, wire.body())));
+    ASSERT_TRUE(server_.send(test::wire_message(wrong, wire.body())));
+    ASSERT_TRUE(server_.send(image(301, 9)));
+    const size_t images = accepts ? 3 : 1;
+    ASSERT_TRUE(wait_for([&] { return heard.images().size() == images; }));
+    EXPECT_EQ(heard.images().back().volume.values[0], 9.0F);
+    const auto refused = (*client)->numbers().refused;
+    EXPECT_EQ(refused.at("damaged"), 1U);
+    EXPECT_EQ(refused.contains("no CRC"), !accepts);
+    EXPECT_EQ(heard.notes().find("accept them by ?crc=none") == std::string::npos, accepts);
+    EXPECT_EQ(heard.notes().find("taken for RAS") == std::string::npos, !accepts);
+  }
+}
+
 TEST_F(ClientTest, APartIsPutIntoTheWholeThatCameBefore) {
   start(heard_.options());
   ASSERT_TRUE(server_.send(image(100, 5)));
@@ -455,7 +485,15 @@ TEST(Places, AreReadOrRefused) {
   ASSERT_TRUE(six);
   EXPECT_EQ(six->host, "::1");
   EXPECT_EQ(six->port, 18945);
-  for (const char* wrong : {"igtl://", "igtl://:18944", "igtl://a:0", "igtl://a:65536",
+  EXPECT_FALSE(six->accepts_no_crc);
+  for (const char* open : {"igtl://a?crc=none", "igtl://a:18944?crc=none", "igtl://a/?crc=none"}) {
+    const auto place = read_place(open);
+    ASSERT_TRUE(place) << open;
+    EXPECT_EQ(place->host, "a");
+    EXPECT_TRUE(place->accepts_no_crc);
+  }
+  for (const char* wrong : {"igtl://a?crc=no", "igtl://a?none", "igtl://?crc=none", "igtl://",
+                            "igtl://:18944", "igtl://a:0", "igtl://a:65536",
                             "igtl://a:", "igtl://a:1x", "igtl://[::1", "igtl://a/b", "http://a"})
     EXPECT_FALSE(read_place(wrong)) << wrong;
 }

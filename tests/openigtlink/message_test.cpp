@@ -51,6 +51,17 @@ TEST(Messages, AnObliqueAnisotropicImageLiesWhereTheDocumentsSay) {
   EXPECT_FLOAT_EQ(image->values[size_t(2 + 3 * (1 + 4 * 4))], float(2 + 3 * (1 + 4 * 4)));
 }
 
+TEST(Messages, ACoordinateSystemThatIsLeftOpenIsRas) {
+  WireImage said, open;
+  said.matrix = open.matrix = {0, 1, 0, -2, 0, 0, 0, 0, 3, 10, 20, 30};
+  open.coordinates = 0;
+  const auto with = image_of(said), without = image_of(open);
+  ASSERT_TRUE(with && without);
+  EXPECT_FALSE(with->is_ras_assumed);
+  EXPECT_TRUE(without->is_ras_assumed);
+  EXPECT_TRUE(same_geometry(with->grid, without->grid));
+}
+
 TEST(Messages, LpsOnTheWireIsLps) {
   WireImage wire;
   wire.coordinates = 2;

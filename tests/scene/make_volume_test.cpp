@@ -112,6 +112,37 @@ TEST(MakeVolume, EndsAtItsLastFrameWhenItDoesNotRepeat) {
   EXPECT_EQ(volume->times.steps(), 2);
 }
 
+/// Nobody knows the times: a cycle as long as a heart beat, but no film faster than 30 frames a
+/// second. What is known or asked for is never changed.
+TEST(MakeVolume, AssumesTimesOnlyWhereThereAreNone) {
+  for (const auto& [frames, length_s] :
+       {std::pair(size_t{2}, 1.0), std::pair(size_t{20}, 1.0), std::pair(size_t{30}, 1.0),
+        std::pair(size_t{60}, 2.0), std::pair(size_t{300}, 10.0)}) {
+    const std::vector<double> times = assumed_times(frames);
+    ASSERT_EQ(times.size(), frames);
+    EXPECT_EQ(times.front(), 0.0);
+    EXPECT_NEAR(cycle_of(times), length_s, 1e-9) << frames;
+    EXPECT_TRUE(are_assumed_times(times));
+  }
+  VolumeData none = some_data();
+  none.frames.times_s.clear();
+  const auto assumed = build(some_spec(), none);
+  ASSERT_TRUE(assumed) << assumed.error().message;
+  EXPECT_TRUE(assumed->times.assumed);
+  EXPECT_NEAR(assumed->times.cycle_s, 1.0, 1e-9);
+  EXPECT_FALSE(build(some_spec(), some_data())->times.assumed);
+  VolumeSpec asked = some_spec();
+  asked.frames_per_second = 4.0;
+  const auto paced = build(asked, none);
+  EXPECT_FALSE(paced->times.assumed);
+  EXPECT_THAT(paced->times.times_s, ElementsAre(0.0, 0.25, 0.5));
+  asked.frames_per_second = 0.0;
+  asked.cycle_s = 6.0;
+  const auto long_cycle = build(asked, none);
+  EXPECT_FALSE(long_cycle->times.assumed);
+  EXPECT_NEAR(long_cycle->times.cycle_s, 6.0, 1e-9);
+}
+
 VolumeData whole_data() {
   VolumeData data = some_data();
   data.motions.clear();

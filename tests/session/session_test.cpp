@@ -6,12 +6,14 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <future>
 #include <map>
 #include <thread>
 
 #include "compute/volume/phantom.h"
 #include "integration/files/write_volume.h"
 #include "integration/scenes/load_scene.h"
+#include "module/session/viewer.h"
 #include "tests/session/made_session.h"
 #include "tests/support/device.h"
 
@@ -181,6 +183,56 @@ TEST_F(SessionWithMotion, EndsWhileItIsBeingFound) {
   hand.press(0.5);
   session.reset();
   EXPECT_FALSE(events_.has(EventKind::kMotionFailed)) << events_.all().back().sentence;
+}
+
+/// As a busy driver does, which ends a call when it has done what it was given.
+TEST_F(SessionWithMotion, StopsTheForceBeforeItWaitsForTheEstimation) {
+  std::promise<void> released;
+  std::atomic<bool> asked{false};
+  SessionOptions busy = options();
+  busy.motion.open_context =
+      [&, wait = released.get_future().share()]() -> Result<std::shared_ptr<vulkan::Context>> {
+    asked = true;
+    wait.wait();
+    return context();
+  };
+  auto session = in_host(shell_in_memory(), busy);
+  ASSERT_TRUE(session);
+  Hand hand(*session);
+  const double r_m = hand.press(0.5);
+  ASSERT_GT(r_m, 0.01);
+  while (!asked) std::this_thread::sleep_for(1ms);
+  auto stopped = std::async(std::launch::async, [&] { session->stop(); });
+  for (int k = 0; k < 60000 && !session->at_rest(); ++k) {
+    hand.at(r_m);
+    std::this_thread::sleep_for(1ms);
+  }
+  EXPECT_TRUE(session->at_rest());
+  EXPECT_EQ(stopped.wait_for(0s), std::future_status::timeout);
+  released.set_value();
+  stopped.get();
+}
+
+TEST_F(SessionWithMotion, AViewerIsNotWaitedForLongerThanAsked) {
+  auto session = in_host(shell_in_memory(24));
+  ASSERT_TRUE(session);
+  Hand(*session).at(0.1);
+  std::promise<void> released;
+  std::atomic<bool> draws{false};
+  ViewerThread viewer(
+      *session, {.renderer = {.most = {64, 64}}},
+      [&, wait = released.get_future().share()](Viewer&, const SceneSnapshot&,
+                                                bool) -> Result<std::chrono::milliseconds> {
+        draws = true;
+        wait.wait();
+        return 1ms;
+      });
+  for (int k = 0; k < 60000 && !draws; ++k) std::this_thread::sleep_for(1ms);
+  ASSERT_TRUE(draws) << viewer.trouble();
+  EXPECT_FALSE(viewer.stop_within(5ms));
+  released.set_value();
+  EXPECT_TRUE(viewer.stop_within(60s));
+  EXPECT_EQ(viewer.trouble(), "");
 }
 
 TEST_F(SessionWithMotion, SaysWhyThereIsNone) {

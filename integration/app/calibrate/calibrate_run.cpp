@@ -192,12 +192,14 @@ class Calibrating {
   /// The live line about both tips while the user moves to a point.
   void live() {
     if (tips_.empty()) {
-      console_.live(fmt::format("the device: {}", sentence(log_.fault())));
+      console_.live(fmt::format("the device: {}", sentence(log_.fault())), sentence(log_.fault()));
       return;
     }
     const glm::dvec3 tip = 1e3 * tips_.back().device_m;
-    console_.live(fmt::format("tip at {:.1f} {:.1f} {:.1f} mm; controller {}", tip.x, tip.y, tip.z,
-                              hand().active ? "seen" : "not seen by the headset"));
+    const char* const seen = hand().active ? "seen" : "not seen by the headset";
+    console_.live(
+        fmt::format("tip at {:.1f} {:.1f} {:.1f} mm; controller {}", tip.x, tip.y, tip.z, seen),
+        seen);
   }
 
   Result<TouchedPoint> take_point() {
@@ -239,7 +241,8 @@ class Calibrating {
       if (since_s && hand().active) samples.push_back({watch_.time_s, hand().world_from_grip});
       console_.live(since_s ? fmt::format("{:.0f} s of {:.0f}, {} controller samples",
                                           watch_.time_s - *since_s, seconds(), samples.size())
-                            : std::string("waiting for the trigger"));
+                            : std::string("waiting for the trigger"),
+                    since_s ? "moving" : "waiting");
     }
     knock(false);
     return samples;
@@ -324,7 +327,8 @@ class Calibrating {
       if (hand().active) samples.push_back({watch_.time_s, hand().world_from_grip});
       console_.live(fmt::format("{:.0f} s of {:.0f}, {} controller samples{}",
                                 watch_.time_s - *since_s, seconds(), samples.size(),
-                                hand().active ? "" : "; the headset does not see the controller"));
+                                hand().active ? "" : "; the headset does not see the controller"),
+                    hand().active ? "seen" : "not seen");
     }
     auto found = calibrate_by_movement(tips_, samples);
     if (!found) return found;

@@ -36,8 +36,6 @@ namespace fs = std::filesystem;
 
 // Limits beyond which something is unusual, but not wrong.
 constexpr double kAnisotropic = 5.0;  // coarsest spacing / finest
-constexpr double kFine_mm = 0.005;    // not tested below
-constexpr double kCoarse_mm = 50.0;   // no scanner's voxel
 constexpr double kUneven = 0.1;       // of the mean step between frames
 constexpr double kAxis = 1e-3;        // rad: an axis is along the patient's
 constexpr std::string_view kRecording = "palpate-ticks";
@@ -71,13 +69,7 @@ void judge_grid(const Grid& grid, std::vector<std::string>& problems) {
         "Voxels are {:.1f} times as long as wide: motion along their long side is found less "
         "exactly.",
         coarsest / finest));
-  if (finest < kFine_mm)
-    problems.push_back(fmt::format(
-        "A spacing of {:.3g} mm is finer than what palpate was tried on: is the unit right?",
-        finest));
-  if (coarsest > kCoarse_mm)
-    problems.push_back(fmt::format(
-        "A spacing of {:.3g} mm is coarser than any scanner's: is the unit right?", coarsest));
+  for (std::string& unusual : files::unusual_place(grid)) problems.push_back(std::move(unusual));
   const int thin = std::min({grid.size.x, grid.size.y, grid.size.z});
   if (thin == 1) problems.push_back("It is a single slice: motion through it can not be seen.");
 }

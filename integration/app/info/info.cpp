@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "compute/volume/sequence.h"
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/info/contents.h"
@@ -94,7 +95,10 @@ void print(const Contents& contents, Console& console) {
   if (contents.times_s.size() > 1)
     line("Times", times_text(contents.times_s));
   else if (contents.kind == "sequence")
-    line("Times", "not known: one frame a second is assumed, or --fps of 'palpate feel'");
+    line("Times",
+         fmt::format("not known: all frames are played in {:.3g} s; --fps of 'palpate feel' "
+                     "and 'palpate motion' says otherwise",
+                     double(contents.frames) * assumed_times(contents.frames)[1]));
   if (!contents.values.empty()) line("Values", values_text(contents));
   if (contents.folds)
     line("Folds", fmt::format("{}, smallest determinant {:.3f}", folds_text(*contents.folds),
