@@ -385,6 +385,16 @@ Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, const F
   VolumeSpec& spec = scene.spec.volumes[v];
   const auto start = start_transform(spec, volume);
   if (!start) return start.error();
+  if (spec.box_m && spec.source.empty() && filled_box(spec, volume) != *spec.box_m) {
+    const glm::dvec3 box = filled_box(spec, volume);
+    scene.notes.push_back(fmt::format(
+        "The grid of {} lies obliquely and keeps its proportions: its box is {:.4g} x {:.4g} x "
+        "{:.4g} m ({}).",
+        spec.name, box.x, box.y, box.z,
+        spec.box_assumed ? std::string("the scene gives no dimensions")
+                         : fmt::format("the scene gives {:.4g} x {:.4g} x {:.4g} m", spec.box_m->x,
+                                       spec.box_m->y, spec.box_m->z)));
+  }
   spec.transform = *start;
   spec.centred = false;
   if (spec.source.empty()) spec.box_m.reset();
