@@ -11,6 +11,7 @@
 #include "compute/motion/estimate_sequence.h"
 #include "compute/volume/heart_phantom.h"
 #include "compute/volume/memory.h"
+#include "integration/files/frame_names.h"
 #include "integration/files/frames.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
@@ -254,6 +255,7 @@ Volume lengths_of(const VectorFrame& frame) {
 /// Reads the segments of the files. If the spec names none, it gets all.
 Status read_segments(VolumeSpec& spec, VolumeData& data, const OnDoing& doing) {
   SegmentsSpec& segments = spec.segments;
+  if (const Status order = files::check_listed_order(segments.files); !order) return order;
   std::vector<files::Segmentation> read;
   for (const fs::path& file : segments.files) {
     if (doing) doing(fmt::format("reading {}", file.filename().string()));
