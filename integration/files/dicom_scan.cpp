@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "integration/files/dicom_elements.h"
+#include "integration/files/dicom_identity.h"
 #include "integration/files/dicom_pixels.h"
 #include "integration/files/dicom_tags.h"
 #include "integration/files/mapped_file.h"
@@ -215,7 +216,7 @@ Status add_slices(const std::string& file, const DicomElements& elements,
   slice.file = file;
   slice.series = elements.text(tags::kSeries);
   slice.series_number = elements.number(tags::kSeriesNumber).value_or(0.0);
-  slice.series_description = elements.text(tags::kSeriesDescription);
+  slice.series_description = without_identity(elements.text(tags::kSeriesDescription), elements);
   slice.size = {*elements.whole(tags::kColumns), *elements.whole(tags::kRows)};
   slice.frames_in_file = *count;
   if (const Status checked = check_pixels(elements, slice); !checked) return checked;

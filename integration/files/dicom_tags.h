@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 /// The DICOM elements that are looked at, group << 16 | element.
@@ -18,6 +19,12 @@ inline constexpr uint32_t kAcquisitionDate = 0x00080022, kAcquisitionDateTime = 
                           kBitsStored = 0x00280101, kPixelRepresentation = 0x00280103,
                           kIntercept = 0x00281052, kSlope = 0x00281053,
                           kFrameReferenceTime = 0x00541300;
+
+/// Who the patient is: names (also of parents and former ones), and numbers and dates.
+inline constexpr std::array<uint32_t, 4> kPatientNames = {0x00100010, 0x00101001, 0x00101005,
+                                                          0x00101060};
+inline constexpr std::array<uint32_t, 5> kPatientNumbers = {0x00100020, 0x00100030, 0x00101000,
+                                                            0x00080050, 0x00380010};
 
 /// Enhanced multi-frame files: sequences ("macros") with one item for all frames or one per frame,
 /// and what is in them.
