@@ -42,7 +42,7 @@ Status use_words_of_x3d(SceneSpec& spec, const LoadedScene& loaded) {
 }
 
 Status convert(const fs::path& input, const fs::path& output, Console& console) {
-  if (output.extension() != ".json" && !x3d::is_x3d(output))
+  if (output.extension() != ".json" && output.extension() != ".x3d")
     return files::bad_output(output,
                              "is neither .json nor .x3d: name a file with one of these "
                              "endings");
@@ -61,9 +61,17 @@ Status convert(const fs::path& input, const fs::path& output, Console& console) 
     if (!read) return read.error();
     spec = std::move(*read);
   }
+  // A box that is only assumed is no box for an oblique grid.
+  for (size_t v = 0; v < spec.volumes.size(); ++v) {
+    VolumeSpec& volume = spec.volumes[v];
+    const MovingVolume& data = *loaded->data[v];
+    if (!volume.box_assumed || filled_box(volume, data) == *volume.box_m) continue;
+    const Status placed = place_by_box(volume, data, loaded->spec.volumes[v].transform);
+    if (!placed) return placed;
+  }
   for (const std::string& note : loaded->notes) console.say("Note      " + note);
   std::string text;
-  if (x3d::is_x3d(output)) {
+  if (output.extension() == ".x3d") {
     if (const Status said = use_words_of_x3d(spec, *loaded); !said) return said;
     auto written = x3d::x3d_text(spec, output);
     if (!written) return written.error();

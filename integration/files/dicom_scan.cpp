@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "integration/files/dicom_elements.h"
+#include "integration/files/dicom_identity.h"
 #include "integration/files/dicom_kind.h"
 #include "integration/files/dicom_pixels.h"
 #include "integration/files/dicom_tags.h"
@@ -279,7 +280,7 @@ Status add_slices(const std::string& file, const DicomElements& elements,
   slice.instance = elements.text(tags::kSopInstance);
   slice.series = elements.text(tags::kSeries);
   slice.series_number = elements.number(tags::kSeriesNumber).value_or(0.0);
-  slice.series_description = elements.text(tags::kSeriesDescription);
+  slice.series_description = without_identity(elements.text(tags::kSeriesDescription), elements);
   slice.size = {*elements.whole(tags::kColumns), *elements.whole(tags::kRows)};
   slice.picture_size = slice.size;
   slice.frames_in_file = *count;

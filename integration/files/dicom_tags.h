@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 /// The DICOM elements that are looked at, group << 16 | element.
@@ -48,6 +49,12 @@ inline constexpr uint32_t kMosaicTiles = 0x0019100a, kSiemensHeader = 0x00291010
 
 /// Pixels as real numbers.
 inline constexpr uint32_t kFloatPixels = 0x7fe00008, kDoublePixels = 0x7fe00009;
+
+/// Who the patient is: names (also of parents and former ones), and numbers and dates.
+inline constexpr std::array<uint32_t, 4> kPatientNames = {0x00100010, 0x00101001, 0x00101005,
+                                                          0x00101060};
+inline constexpr std::array<uint32_t, 5> kPatientNumbers = {0x00100020, 0x00100030, 0x00101000,
+                                                            0x00080050, 0x00380010};
 
 /// Enhanced multi-frame files: sequences ("macros") with one item for all frames or one per frame,
 /// and what is in them.

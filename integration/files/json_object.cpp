@@ -30,25 +30,6 @@ const char* kind_of(const json& value) {
   }
 }
 
-/// Edits that turn one word into the other: letters put in, left out, changed, or two neighbours
-/// exchanged (optimal string alignment).
-size_t distance(std::string_view a, std::string_view b) {
-  std::vector<size_t> before(b.size() + 1), above(b.size() + 1), row(b.size() + 1);
-  std::iota(above.begin(), above.end(), size_t{0});
-  for (size_t i = 1; i <= a.size(); ++i) {
-    row[0] = i;
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const size_t change = above[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
-      row[j] = std::min({change, above[j] + 1, row[j - 1] + 1});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-        row[j] = std::min(row[j], before[j - 2] + 1);
-    }
-    std::swap(before, above);
-    std::swap(above, row);
-  }
-  return above.back();
-}
-
 /// What stands in messages: long or binary keys of strangers are cut.
 std::string in_quotes(std::string_view text) {
   std::string clean;
@@ -77,6 +58,23 @@ bool is_in(double value, const NumberRange& range) {
          (range.above_low ? value > range.low : value >= range.low);
 }
 
+size_t edits_between(std::string_view a, std::string_view b) {
+  std::vector<size_t> before(b.size() + 1), above(b.size() + 1), row(b.size() + 1);
+  std::iota(above.begin(), above.end(), size_t{0});
+  for (size_t i = 1; i <= a.size(); ++i) {
+    row[0] = i;
+    for (size_t j = 1; j <= b.size(); ++j) {
+      const size_t change = above[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      row[j] = std::min({change, above[j] + 1, row[j - 1] + 1});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        row[j] = std::min(row[j], before[j - 2] + 1);
+    }
+    std::swap(before, above);
+    std::swap(above, row);
+  }
+  return above.back();
+}
+
 std::string nearest_word(std::string_view word, const std::vector<std::string_view>& known) {
   // Words longer than any key are no typing errors, and the time for a distance grows with the
   // product of both lengths.
@@ -84,7 +82,7 @@ std::string nearest_word(std::string_view word, const std::vector<std::string_vi
   std::string_view best;
   size_t least = word.size() / 2 + 1;
   for (const std::string_view candidate : known) {
-    const size_t edits = distance(word, candidate);
+    const size_t edits = edits_between(word, candidate);
     if (edits < least) least = edits, best = candidate;
   }
   if (!best.empty()) return std::string(best);

@@ -74,6 +74,10 @@ class JsonObject {
   std::vector<std::string> known_;
 };
 
+/// Edits that turn one word into the other: letters put in, left out, changed, or two neighbours
+/// exchanged (optimal string alignment).
+size_t edits_between(std::string_view a, std::string_view b);
+
 /// The word of `known` that is nearest to `word`, or nothing if none is near. Two neighbouring
 /// letters in the wrong order count as one error.
 std::string nearest_word(std::string_view word, const std::vector<std::string_view>& known);

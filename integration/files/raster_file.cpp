@@ -214,4 +214,24 @@ std::vector<std::filesystem::path> images_in(const std::filesystem::path& folder
   return files;
 }
 
+Status check_one_kind(const std::filesystem::path& folder,
+                      const std::vector<std::filesystem::path>& images) {
+  if (images.empty()) return Nothing{};
+  std::error_code error;
+  for (std::filesystem::directory_iterator walk(folder, error), end; !error && walk != end;
+       walk.increment(error)) {
+    const std::string name = walk->path().filename().string();
+    if (name.starts_with('.') || name == "DICOMDIR" || has_raster_name(name) ||
+        !walk->is_regular_file(error))
+      continue;
+    const auto kind = sniff(walk->path());
+    if (kind && *kind == FileKind::kDicom)
+      return bad_input(folder,
+                       "holds DICOM files ('{}') and other images ('{}'), and either can be meant: "
+                       "name the image, or move it away",
+                       name, images.front().filename().string());
+  }
+  return Nothing{};
+}
+
 }  // namespace palpate::files

@@ -53,4 +53,8 @@ bool has_raster_name(const std::filesystem::path& file);
 /// Such files directly in a folder, hidden ones left out, "frame2" before "frame10".
 std::vector<std::filesystem::path> images_in(const std::filesystem::path& folder);
 
+/// kBadInput if a folder directly holds DICOM files beside these images: either can be meant.
+Status check_one_kind(const std::filesystem::path& folder,
+                      const std::vector<std::filesystem::path>& images);
+
 }  // namespace palpate::files

@@ -4,6 +4,7 @@
 
 #include "compute/volume/memory.h"
 #include "integration/files/dicom_frames.h"
+#include "integration/files/frame_names.h"
 #include "integration/files/frame_source.h"
 #include "integration/files/raster_file.h"
 #include "integration/files/sentences.h"
@@ -36,7 +37,14 @@ Source open_one(const fs::path& input) {
   if (!fs::is_directory(input, error)) return open_file(input);
   const auto images = images_in(input);
   if (images.empty()) return open_dicom({input});
-  return images.size() == 1 ? open_file(images.front()) : open_frame_files(images);
+  if (const Status alike = check_one_kind(input, images); !alike) return alike.error();
+  if (images.size() == 1) return open_file(images.front());
+  const auto frames = frames_by_name(input, images);
+  if (!frames) return frames.error();
+  auto source = open_frame_files(frames->files);
+  if (source)
+    (*source)->notes.insert((*source)->notes.end(), frames->notes.begin(), frames->notes.end());
+  return source;
 }
 
 Source open_several(const std::vector<fs::path>& inputs) {
@@ -53,7 +61,10 @@ Source open_several(const std::vector<fs::path>& inputs) {
     dicom += *kind == FileKind::kDicom;
   }
   if (folders == inputs.size() || dicom == inputs.size()) return open_dicom(inputs);
-  if (folders + dicom == 0) return open_frame_files(inputs);
+  if (folders + dicom == 0) {
+    if (const Status order = check_listed_order(inputs); !order) return order.error();
+    return open_frame_files(inputs);
+  }
   return bad_input(
       inputs.front(),
       "and the other inputs are of different kinds: name image files only, or DICOM folders only");

@@ -1,6 +1,7 @@
 #include "integration/files/read_volume.h"
 
 #include "compute/volume/memory.h"
+#include "integration/files/frame_names.h"
 #include "integration/files/frame_source.h"
 #include "integration/files/raster_file.h"
 #include "integration/files/raw_header.h"
@@ -98,6 +99,7 @@ Result<Mask> read_mask(const std::filesystem::path& input, Notes* notes) {
 Result<std::vector<VectorFrame>> read_vectors(const std::vector<fs::path>& inputs) {
   const std::vector<fs::path> files = files_of(inputs);
   if (files.empty()) return Error{ErrorKind::kBadInput, "There is no input: name a file or folder"};
+  if (const Status order = check_listed_order(files); !order) return order.error();
   std::vector<Raster> rasters;
   double bytes = 0.0;
   for (const fs::path& file : files) {

@@ -286,13 +286,14 @@ class JsonSceneReader {
 
 /// The first of the scene's files that is not there.
 Status check_files(const SceneSpec& scene, JsonReading& reading) {
+  std::error_code error;
+  const fs::path folder = reading.folder.empty() ? fs::current_path(error) : reading.folder;
   const auto look = [&](const std::vector<fs::path>& paths, const std::string& place) {
-    std::error_code error;
     for (size_t k = 0; k < paths.size(); ++k)
       if (!fs::exists(paths[k], error))
         reading.refuse(fmt::format("{}[{}]", place, k),
                        fmt::format("there is no '{}': paths are relative to '{}'",
-                                   paths[k].string(), reading.folder.string()));
+                                   paths[k].string(), folder.string()));
   };
   for (size_t v = 0; v < scene.volumes.size(); ++v) {
     look(scene.volumes[v].files, fmt::format("volumes[{}].files", v));

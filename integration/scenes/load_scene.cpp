@@ -11,6 +11,7 @@
 #include "compute/motion/estimate_sequence.h"
 #include "compute/volume/heart_phantom.h"
 #include "compute/volume/memory.h"
+#include "integration/files/frame_names.h"
 #include "integration/files/frame_times.h"
 #include "integration/files/frames.h"
 #include "integration/files/read_sequence.h"
@@ -255,6 +256,7 @@ Volume lengths_of(const VectorFrame& frame) {
 /// Reads the segments of the files. If the spec names none, it gets all.
 Status read_segments(VolumeSpec& spec, VolumeData& data, const OnDoing& doing) {
   SegmentsSpec& segments = spec.segments;
+  if (const Status order = files::check_listed_order(segments.files); !order) return order;
   std::vector<files::Segmentation> read;
   for (const fs::path& file : segments.files) {
     if (doing) doing(fmt::format("reading {}", file.filename().string()));
@@ -406,6 +408,16 @@ Status add(LoadedScene& scene, size_t v, const SequenceChoices& choices, const F
   VolumeSpec& spec = scene.spec.volumes[v];
   const auto start = start_transform(spec, volume);
   if (!start) return start.error();
+  if (spec.box_m && spec.source.empty() && filled_box(spec, volume) != *spec.box_m) {
+    const glm::dvec3 box = filled_box(spec, volume);
+    scene.notes.push_back(fmt::format(
+        "The grid of {} lies obliquely and keeps its proportions: its box is {:.4g} x {:.4g} x "
+        "{:.4g} m ({}).",
+        spec.name, box.x, box.y, box.z,
+        spec.box_assumed ? std::string("the scene gives no dimensions")
+                         : fmt::format("the scene gives {:.4g} x {:.4g} x {:.4g} m", spec.box_m->x,
+                                       spec.box_m->y, spec.box_m->z)));
+  }
   spec.transform = *start;
   spec.centred = false;
   if (spec.source.empty()) spec.box_m.reset();

@@ -1,22 +1,24 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <fstream>
 #include <functional>
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
-#include <sstream>
 
 #include "integration/files/number_range.h"
 #include "integration/files/scene_file.h"
 #include "integration/files/sentences.h"
+#include "integration/files/text.h"
 #include "integration/x3d/mode_nodes.h"
+#include "integration/x3d/node_names.h"
 #include "integration/x3d/raw_types.h"
 #include "integration/x3d/x3d_fields.h"
 #include "integration/x3d/x3d_file.h"
@@ -129,9 +131,8 @@ class X3dSceneReader {
     if (!document) return *error_;
     visit({document, 0}, NodePlace{});
     if (!error_ && scene_.spec.volumes.empty())
-      error_ = files::bad_input(file,
-                                "holds no volume that palpate can read: give it a VolumeData with "
-                                "an ImageTexture3D, or a mode with its data.");
+      error_ =
+          files::bad_input(file, "holds no volume that palpate can read: {}.", why_no_volume());
     if (error_) return *error_;
     sum_up();
     return std::move(scene_);
@@ -144,8 +145,13 @@ class X3dSceneReader {
 
   void refuse(const Node& node, const std::string& what) {
     if (error_) return;
-    error_ = files::bad_input(node.document->file, "can not be used at line {}, {}: {}.",
-                              node.element().line, node.name(), what);
+    std::string misspelled;
+    for (const Node& child : children(node))
+      if (const auto meant = meant_node(child.name()); !meant.empty() && misspelled.empty())
+        misspelled = fmt::format(" ({} in line {} is no node: correct its name to {})",
+                                 child.name(), child.element().line, meant);
+    error_ = files::bad_input(node.document->file, "can not be used at line {}, {}: {}{}.",
+                              node.element().line, node.name(), what, misspelled);
   }
   void refuse(const Node& node, const std::string& field, const std::string& what) {
     refuse(node, fmt::format("{}: {}", field, what));
@@ -156,16 +162,25 @@ class X3dSceneReader {
     refuse(node, what);
   }
 
+  /// Leaves out a node that may contain volumes, such as a choice of a Switch that is not taken.
+  void leave_out_branch(const Node& node, const std::string& of) {
+    branch_ = of;
+    leave_out(node);
+    branch_.clear();
+  }
+
   /// Notes a node without effect, and the nodes in it.
   void leave_out(const Node& node) {
     if (!count_visit(node)) return;
-    used_.insert(node);
     const XmlElement& e = node.element();
+    if (!branch_.empty() && is_data(e.name))
+      ++volumes_left_out_[fmt::format("{} in {}", e.name, branch_)];
+    const bool first = used_.insert(node).second;
     const std::string* category = e.find("category");
     if (e.name == "unit" && category && *category == "length")
       return refuse(node, "lengths are metres here: write them in metres and leave the unit out");
     if (e.name != "ROUTE" && e.name != "component" && e.name != "meta")
-      nodes_left_out_.insert(e.name);
+      nodes_left_out_[e.name] += first ? 1 : 0;
     for (const size_t child : e.children)
       if (good()) leave_out({node.document, child});
   }
@@ -182,10 +197,10 @@ class X3dSceneReader {
       for (size_t k = 0; k < document.tree.size(); ++k) {
         const std::string& name = document.tree[k].name;
         if (is_sensor_or_interpolator(name)) {
-          if (!document.driving.contains(k)) nodes_left_out_.insert(name + " (drives nothing)");
+          if (!document.driving.contains(k)) ++nodes_left_out_[name + " (drives nothing)"];
         } else if (name != "ROUTE" && !used_.contains({&document, k})) {
           // Nodes in fields where none are expected: whatever is not read is named.
-          nodes_left_out_.insert(name);
+          ++nodes_left_out_[name];
         }
       }
     std::set<std::string> routes;
@@ -198,9 +213,45 @@ class X3dSceneReader {
         scene_.notes.push_back(
             fmt::format("{} without effect here: {}.", what, fmt::join(names, ", ")));
     };
-    say("Nodes", nodes_left_out_);
+    const std::set<std::string> errors = typing_errors();
+    if (!errors.empty())
+      scene_.notes.push_back(
+          fmt::format("Unknown nodes are left out: {}.", fmt::join(errors, ", ")));
+    if (!volumes_left_out_.empty())
+      scene_.notes.push_back(
+          fmt::format("Volumes are left out: {}.", fmt::join(counted(volumes_left_out_), ", ")));
+    say("Nodes", counted(nodes_left_out_));
     say("Fields", fields_left_out_);
     say("ROUTEs", routes);
+  }
+
+  /// "Shape (2)": each name once, with its number if there are several.
+  static std::set<std::string> counted(const std::map<std::string, size_t>& names) {
+    std::set<std::string> texts;
+    for (const auto& [name, number] : names)
+      texts.insert(number > 1 ? fmt::format("{} ({})", name, number) : name);
+    return texts;
+  }
+
+  /// All nodes whose name is probably a typing error, with the name that is meant.
+  std::set<std::string> typing_errors() const {
+    std::set<std::string> checked, errors;
+    for (const Document& document : documents_)
+      for (const XmlElement& e : document.tree)
+        if (checked.insert(e.name).second)
+          if (const auto meant = meant_node(e.name); !meant.empty())
+            errors.insert(fmt::format("{} in line {} (is {} meant?)", e.name, e.line, meant));
+    return errors;
+  }
+
+  std::string why_no_volume() const {
+    const std::set<std::string> errors = typing_errors();
+    if (!errors.empty())
+      return fmt::format("it has no known node of the name {}", fmt::join(errors, ", "));
+    if (!volumes_left_out_.empty())
+      return fmt::format("{} is left out; put it into a Group or a Transform",
+                         fmt::join(counted(volumes_left_out_), ", "));
+    return "give it a VolumeData with an ImageTexture3D, or a mode with its data";
   }
 
   // Documents ---------------------------------------------------------------------------------
@@ -351,7 +402,7 @@ class X3dSceneReader {
     if (!good()) return found;
     // The files of a scene within another one are beside it.
     const bool given = !folder_.empty() && node.document == &documents_.front();
-    const fs::path folder = given ? folder_ : node.document->file.parent_path();
+    fs::path folder = given ? folder_ : node.document->file.parent_path();
     std::string missing;
     for (const std::string& url : text ? strings_of(*text) : std::vector<std::string>{}) {
       // palpate does not download.
@@ -370,6 +421,8 @@ class X3dSceneReader {
       if (!all) break;
     }
     if (found.empty() || (all && !missing.empty())) {
+      std::error_code error;
+      if (folder.empty()) folder = fs::current_path(error);
       refuse(node, "url",
              missing.empty()
                  ? std::string("it is missing: name a file")
@@ -417,10 +470,12 @@ class X3dSceneReader {
       return refuse(node, fmt::format("the scene nests more than {} deep: flatten it", kDeepest));
     open_.push_back(node);
     const std::string& name = node.name();
-    if (name == "X3D" || name == "Scene" || name == "Group" || name == "StaticGroup") {
+    if (is_group(name)) {
       finish(node);
       visit_children(node, place);
-    } else if (name == "Transform") {
+    } else if (name == "Switch" || name == "LOD") {
+      choose(node, place);
+    } else if (name == "Transform" || name == "CADPart") {
       visit_children(node, inside(node, place));
       finish(node);
     } else if (name == "VolumeHaptics") {
@@ -441,13 +496,41 @@ class X3dSceneReader {
     } else if (is_stream(name)) {
       stream(node, place);
     } else if (name != "ROUTE" && !is_sensor_or_interpolator(name)) {
-      leave_out(node);
+      leave_out_branch(node, name);
     }
     open_.pop_back();
   }
 
   void visit_children(const Node& node, const NodePlace& place) {
-    for (const Node& child : children(node)) visit(child, place);
+    for (const Node& child : children(node)) {
+      // What a Collision puts in the place of its children is never seen.
+      const std::string* role = child.element().find("containerField");
+      if (role && *role == "proxy")
+        leave_out(child);
+      else
+        visit(child, place);
+    }
+  }
+
+  /// Visits the choice of a Switch (none by default), or the first and finest level of a LOD.
+  void choose(const Node& node, const NodePlace& place) {
+    double choice = 0.0;
+    if (node.name() == "Switch") {
+      choice = -1.0;
+      number(node, "whichChoice", choice);
+    }
+    finish(node);
+    double k = 0.0;
+    for (const Node& child : children(node)) {
+      if (child.name().starts_with("Metadata") || child.name() == "ROUTE")
+        visit(child, place);
+      else if (k++ == choice)
+        visit(child, place);
+      else
+        leave_out_branch(child, node.name() == "LOD"
+                                    ? "a coarser level of LOD"
+                                    : fmt::format("Switch, whose whichChoice is {}", choice));
+    }
   }
 
   void inlined(const Node& node, const NodePlace& place) {
@@ -486,12 +569,42 @@ class X3dSceneReader {
       return files::bad_input(file, "is not a file that can be read: name a scene file (X3D).");
     if (fs::file_size(file, error) > kMostBytes)
       return files::bad_input(file, "is too large to be a scene: name a scene file (X3D).");
-    std::ifstream stream(file, std::ios::binary);
-    std::ostringstream content;
-    content << stream.rdbuf();
+    // Reads both plain and packed (.x3dz) files.
+    const std::unique_ptr<gzFile_s, int (*)(gzFile)> stream(gzopen(file.c_str(), "rb"), gzclose);
     if (!stream) return files::bad_input(file, "can not be read: check its permissions.");
-    text = content.str();
-    return Nothing{};
+    text.clear();
+    std::string part(1 << 16, '\0');
+    int n = 0;
+    while ((n = gzread(stream.get(), part.data(), unsigned(part.size()))) > 0) {
+      text.append(part, 0, size_t(n));
+      if (text.size() > kMostBytes)
+        return files::bad_input(file, "is too large to be a scene: name a scene file (X3D).");
+    }
+    int code = Z_OK;
+    gzerror(stream.get(), &code);
+    if (n < 0 || code != Z_OK)
+      return files::bad_input(file,
+                              "can not be unpacked: it is damaged or cut short; copy it again.");
+    return check_encoding(file, text);
+  }
+
+  /// Refuses the encodings of X3D that are not XML.
+  static Status check_encoding(const fs::path& file, std::string_view text) {
+    const std::string ending = files::lowered(file.extension().string());
+    const char* encoding = nullptr;
+    if (text.starts_with("#X3D") || text.starts_with("#VRML") || ending == ".x3dv" ||
+        ending == ".x3dvz" || ending == ".wrl" || ending == ".wrz")
+      encoding = "classic VRML";
+    if (text.starts_with(std::string_view("\xE0\0\0\x01", 4)) || ending == ".x3db" ||
+        ending == ".x3dbz")
+      encoding = "binary";
+    if (files::trimmed(text).starts_with("{")) encoding = "JSON";
+    if (!encoding) return Nothing{};
+    return files::bad_input(file,
+                            "is a scene in the {} encoding of X3D, of which palpate reads the XML "
+                            "encoding only: save it as .x3d (XML), for example with view3dscene "
+                            "or x3d-tidy.",
+                            encoding);
   }
 
  private:
@@ -917,7 +1030,7 @@ class X3dSceneReader {
 
   void volume_data(const Node& node, VolumeSpec& volume) {
     glm::dvec3 box(1.0);
-    vector(node, "dimensions", box, kEdges_m);
+    volume.box_assumed = !vector(node, "dimensions", box, kEdges_m);
     volume.box_m = box;
     boolean(node, "visible", volume.appearance.shown);
     for (const Node& child : children(node)) {
@@ -941,8 +1054,22 @@ class X3dSceneReader {
         leave_out(*one);
       }
     }
-    if (volume.files.empty() && good())
-      refuse(node, "it has no voxels: put an ImageTexture3D into it");
+    if (volume.files.empty() && good()) refuse(node, why_no_voxels(node));
+  }
+
+  std::string why_no_voxels(const Node& node) {
+    for (const Node& child : children(node)) {
+      if (child.name() == "PixelTexture3D")
+        return "the voxels of its PixelTexture3D stand in the scene itself, and palpate reads them "
+               "from files only: write them to a file (NRRD, MetaImage, NIfTI or DICOM) and name "
+               "it "
+               "in an ImageTexture3D";
+      if (child.name() == "ComposedTexture3D")
+        return "the voxels of its ComposedTexture3D are single pictures, which palpate does not "
+               "read: write them to a file (NRRD, MetaImage, NIfTI or DICOM) and name it in an "
+               "ImageTexture3D";
+    }
+    return "it has no voxels: put an ImageTexture3D into it";
   }
 
   /// Reads the files of a texture; for palpate's own sequence node also what drives it.
@@ -1150,7 +1277,7 @@ class X3dSceneReader {
   void mode(const Node& node, const ModeNode& kind, const NodePlace& place) {
     const auto same = [&](const Node& other) { return other == node; };
     if (std::any_of(modes_.begin(), modes_.end(), same))
-      return nodes_left_out_.insert(fmt::format("{} (used again)", node.name())), void();
+      return void(++nodes_left_out_[fmt::format("{} (used again)", node.name())]);
     if (scene_.spec.modes.size() >= kMostModes)
       return refuse(node,
                     fmt::format("the scene has more than {} modes: leave some out", kMostModes));
@@ -1249,7 +1376,9 @@ class X3dSceneReader {
   size_t visits_ = 0;
   std::set<Node> used_;  ///< read, or noted as left out
   std::set<std::pair<Node, std::string>> fields_used_;
-  std::set<std::string> nodes_left_out_, fields_left_out_;
+  std::map<std::string, size_t> nodes_left_out_, volumes_left_out_;  ///< with their number
+  std::string branch_;  ///< what contains the nodes that are being left out
+  std::set<std::string> fields_left_out_;
 };
 
 }  // namespace
@@ -1265,7 +1394,10 @@ Result<X3dScene> read_x3d(const fs::path& file, const fs::path& folder) {
 }
 
 bool is_x3d(const fs::path& file) {
-  return file.extension() == ".x3d";
+  const std::string ending = files::lowered(file.extension().string());
+  for (const char* known : {".x3d", ".x3dz", ".x3dv", ".x3dvz", ".x3db", ".x3dbz", ".wrl", ".wrz"})
+    if (ending == known) return true;
+  return false;
 }
 
 }  // namespace palpate::x3d

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "compute/volume/heart_phantom.h"
@@ -328,6 +329,19 @@ Result<MovingVolume> carried_of(const VolumeSpec& spec, VolumeData data) {
   return carried(own, motion, spec.values.value_or(CarriedValues::kReference));
 }
 
+/// Samples in one metre along each axis of a grid.
+glm::dvec3 samples_per_m(const GridPlace& grid) {
+  const glm::dmat3 rows = glm::transpose(grid.index_from_volume);
+  return {glm::length(rows[0]), glm::length(rows[1]), glm::length(rows[2])};
+}
+
+/// Three edges with the four digits that a person needs to write them.
+std::string box_text(glm::dvec3 box_m) {
+  char text[96];
+  std::snprintf(text, sizeof text, "%.4g %.4g %.4g", box_m.x, box_m.y, box_m.z);
+  return text;
+}
+
 /// From volume space into a box around the origin along whose axes the grid's lie.
 glm::dmat4 box_from_volume(const GridPlace& grid, glm::dvec3 box_m) {
   // A sample's centre is index + 1/2 of an edge of size samples.
@@ -445,17 +459,53 @@ Result<MovingVolume> standing_at(const MovingVolume& own, size_t k) {
   return carried(own, none);
 }
 
+glm::dvec3 filled_box(const VolumeSpec& spec, const MovingVolume& volume) {
+  constexpr double kThreeDigits = 0.0101;  // 100.5 to 99.5
+  constexpr double kAlong = 1e-6;          // a share of an axis that is only rounding
+  glm::dvec3 box = *spec.box_m;
+  const GridPlace* grid = volume.frames.empty() ? nullptr : volume.frames.front()->samples().place;
+  if (!grid || split(matrix(spec.transform) * box_from_volume(*grid, box))) return box;
+  // How much each axis of the grid is stretched. Axes of which both lie along one of volume space
+  // have to be stretched alike.
+  const glm::dvec3 per_m = samples_per_m(*grid);
+  const glm::dvec3 stretch = spec.transform.scale * box / glm::dvec3(grid->size) * per_m;
+  const auto oblique = [&](int a, int b) {
+    for (int v = 0; v < 3; ++v)
+      if (std::abs(grid->index_from_volume[v][a] / per_m[a]) > kAlong &&
+          std::abs(grid->index_from_volume[v][b] / per_m[b]) > kAlong)
+        return true;
+    return false;
+  };
+  std::vector<int> tied;
+  for (int a = 0; a < 3; ++a)
+    if (oblique(a, (a + 1) % 3) || oblique(a, (a + 2) % 3)) tied.push_back(a);
+  if (tied.empty()) return box;
+  std::sort(tied.begin(), tied.end(), [&](int a, int b) { return stretch[a] < stretch[b]; });
+  const double least = stretch[tied.front()], most = stretch[tied.back()];
+  const bool fits = most - least <= kThreeDigits * least;
+  if (!fits && !spec.box_assumed) return box;
+  double common = least;
+  if (fits) common = tied.size() == 3 ? stretch[tied[1]] : 0.5 * (least + most);
+  for (const int a : tied) box[a] *= common / stretch[a];
+  return box;
+}
+
 Result<Transform> start_transform(const VolumeSpec& spec, const MovingVolume& volume) {
   Transform transform = spec.transform;
   if (spec.box_m && spec.source.empty() && !volume.frames.empty()) {
     const GridPlace* grid = volume.frames.front()->samples().place;
     if (!grid)
       return refused(spec, "its data have no grid that could fill a box; leave the box out.");
-    const auto filled = split(matrix(transform) * box_from_volume(*grid, *spec.box_m));
+    const auto filled = split(matrix(transform) * box_from_volume(*grid, filled_box(spec, volume)));
     if (filled) return filled;
-    return refused(spec,
-                   "its grid lies obliquely, and its box would shear it; give a box with the "
-                   "proportions of its edges, and the same scale along all axes.");
+    // Any multiple of its true size can be filled.
+    const glm::dvec3 scale = transform.scale;
+    const glm::dvec3 fits = glm::dvec3(grid->size) / samples_per_m(*grid) *
+                            (std::max({scale.x, scale.y, scale.z}) / scale);
+    return refused(spec, "its grid lies obliquely, and a box of " + box_text(*spec.box_m) +
+                             " m would shear it; give the box (in X3D: dimensions) the "
+                             "proportions of its edges, for example " +
+                             box_text(fits) + ".");
   }
   if (spec.centred && spec.source.empty() && !volume.frames.empty()) {
     const FrameData& first = *volume.frames.front();

@@ -68,8 +68,15 @@ Result<MovingVolume> standing_at(const MovingVolume& own, size_t k);
 
 /// world_from_volume at the start: the spec's transform, or, if it asks for files to be centred,
 /// one that puts the middle of the first frame at the transform's translation, or one that fills
-/// the spec's box. kBadInput, in one sentence, if the data can not fill it without shear.
+/// the spec's box (filled_box()). kBadInput, in one sentence, if the data can not fill it without
+/// shear: it names a box that they can fill.
 Result<Transform> start_transform(const VolumeSpec& spec, const MovingVolume& volume);
+
+/// The box that the data of files fill instead of the spec's, m. An oblique grid would be sheared
+/// by a box that has not the proportions of its edges. Within 1 % of them (boxes are written with
+/// three digits) it keeps its own proportions, and in a box that is only assumed it is as large as
+/// fits into that. Otherwise, and without a grid, the spec's box. The spec must have one.
+glm::dvec3 filled_box(const VolumeSpec& spec, const MovingVolume& volume);
 
 /// Describes the same place by a box: sets box_m and the transform of a volume of files so that
 /// start_transform() gives `world_from_volume` again. kBadInput if the data have no grid, or where

@@ -192,6 +192,9 @@ struct VolumeSpec {
   /// size along x, y, z around the transform's origin, as X3D's VolumeData has it. Charges: the box
   /// in which they are data. m, > 0.
   std::optional<glm::dvec3> box_m;
+  /// The scene does not give box_m: it is a default, in which an oblique grid keeps its
+  /// proportions.
+  bool box_assumed = false;
   DriveSpec drive;
   PosePath path = PosePath::kSmooth;
   BackTracking back_tracking = BackTracking::kNewton;

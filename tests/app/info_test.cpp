@@ -72,6 +72,7 @@ TEST(Info, OfRealVolumesMasksAndLabels) {
   // The folder has 20 images and 20 label maps.
   const auto folder = info(kShared / "heart_cine");
   EXPECT_THAT(problems(folder), Contains(HasSubstr("20 of its 40 frames hold masks or labels")));
+  EXPECT_THAT(problems(folder), Contains(HasSubstr("'frame_#' (20 files), 'lv_#' (20 files)")));
   const auto mask = info(kShared / "lung/pair_body.mha");
   EXPECT_EQ(mask["kind"], "mask");
   EXPECT_THAT(mask["use"], HasSubstr("--mask"));

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
+#include <random>
+#include <sstream>
 
 #include "compute/volume/heart_phantom.h"
 #include "compute/volume/phantom.h"
@@ -393,6 +395,90 @@ TEST(MakeVolume, RefusesABoxThatWouldShear) {
   spec.transform.scale = glm::dvec3(1.0);
   spec.box_m = 3e-3 * grid.spacing_mm * glm::dvec3(grid.size);
   EXPECT_TRUE(start_transform(spec, *volume));
+}
+
+TEST(MakeVolume, FitsAnObliqueGridIntoABoxOfThreeDigits) {
+  const Grid grid = test::oblique_grid();
+  const glm::dvec3 size = 1e-3 * grid.spacing_mm * glm::dvec3(grid.size);
+  const auto volume = build(some_spec(), some_data());
+  ASSERT_TRUE(volume);
+  std::mt19937 random(29);
+  std::uniform_real_distribution<double> share(-1.0, 1.0);
+  const auto three_digits = [](double x) {
+    const double step = std::pow(10.0, std::floor(std::log10(x)) - 2.0);
+    return std::round(x / step) * step;
+  };
+  const auto refusal_of = [&](const VolumeSpec& spec) {
+    const auto placed = start_transform(spec, *volume);
+    return placed ? std::string() : placed.error().message;
+  };
+  // The middle of the box is the middle of the data, and the data keep their shape.
+  const auto expect_placed = [&](const VolumeSpec& spec, double scale, double off) {
+    const auto placed = start_transform(spec, *volume);
+    ASSERT_TRUE(placed) << placed.error().message;
+    EXPECT_NEAR(placed->scale.x, scale, off * scale);
+    EXPECT_NEAR(placed->scale.y, placed->scale.x, 1e-9 * scale);
+    EXPECT_NEAR(placed->scale.z, placed->scale.x, 1e-9 * scale);
+    const glm::dvec3 middle =
+        volume_from_lps(grid.lps_from_index(0.5 * glm::dvec3(grid.size) - 0.5));
+    EXPECT_LT(glm::length(placed->world_from_volume(middle) - spec.transform.translation_m), 1e-9);
+  };
+  for (int k = 0; k < 200; ++k) {
+    VolumeSpec spec = some_spec();
+    spec.transform.translation_m = {0.1, share(random), 0.0};
+    spec.transform.rotation = glm::angleAxis(share(random), glm::normalize(glm::dvec3(1, 2, 3)));
+    const double scale = std::pow(10.0, share(random));
+    glm::dvec3 box = scale * size;
+    for (int a = 0; a < 3; ++a) box[a] = three_digits(box[a]);
+    spec.box_m = box;
+    SCOPED_TRACE(k);
+    expect_placed(spec, scale, 0.011);
+    // A box that is 1.5 % or more off is refused, and the one that the sentence names is taken.
+    const int a = k % 3;
+    spec.box_m = scale * size;
+    (*spec.box_m)[a] *= k % 2 ? 1.015 : 0.9;
+    spec.transform.scale = glm::dvec3(1.0, k % 5 ? 1.0 : 0.8, 1.0);
+    const std::string message = refusal_of(spec);
+    const size_t at = message.find("for example ");
+    ASSERT_NE(at, std::string::npos) << message;
+    std::istringstream named(message.substr(at + 12));
+    glm::dvec3 fits;
+    named >> fits.x >> fits.y >> fits.z;
+    spec.box_m = fits;
+    EXPECT_EQ(refusal_of(spec), "");
+  }
+  // A box that the scene does not give is only as large as fits into it.
+  VolumeSpec spec = some_spec();
+  spec.box_m = glm::dvec3(1.0);
+  EXPECT_THAT(refusal_of(spec), HasSubstr("obliquely"));
+  spec.box_assumed = true;
+  expect_placed(spec, 1.0 / std::max({size.x, size.y, size.z}), 1e-9);
+  const glm::dvec3 filled = filled_box(spec, *volume);
+  EXPECT_NEAR(std::max({filled.x, filled.y, filled.z}), 1.0, 1e-12);
+  // Along the patient's axes it is filled as a whole.
+  VolumeData straight = some_data();
+  for (Volume& frame : straight.frames.frames) frame.grid.direction = glm::dmat3(1.0);
+  const auto other = build(some_spec(), std::move(straight));
+  ASSERT_TRUE(other);
+  EXPECT_EQ(filled_box(spec, *other), glm::dvec3(1.0));
+}
+
+TEST(MakeVolume, TiesOnlyTheAxesThatLieObliquely) {
+  // Turned about its first axis: the edge along that may have any length.
+  const double c = std::cos(0.4), s = std::sin(0.4);
+  VolumeData data = some_data();
+  for (Volume& frame : data.frames.frames)
+    frame.grid.direction = glm::dmat3(glm::dvec3(1, 0, 0), {0, c, s}, {0, -s, c});
+  const Grid grid = data.frames.frames[0].grid;
+  const glm::dvec3 size = 1e-3 * grid.spacing_mm * glm::dvec3(grid.size);
+  const auto volume = build(some_spec(), std::move(data));
+  ASSERT_TRUE(volume);
+  VolumeSpec spec = some_spec();
+  spec.box_m = size * glm::dvec3(3.0, 1.004, 0.998);
+  EXPECT_TRUE(start_transform(spec, *volume));
+  EXPECT_EQ(filled_box(spec, *volume).x, spec.box_m->x);
+  spec.box_m = size * glm::dvec3(1.0, 1.02, 1.0);
+  EXPECT_FALSE(start_transform(spec, *volume));
 }
 
 TEST(MakeVolume, TakesAsLongAsACycleIsSaidToTake) {

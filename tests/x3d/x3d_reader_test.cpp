@@ -1,8 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <zlib.h>
 
 #include <fstream>
 #include <glm/gtc/constants.hpp>
+#include <sstream>
 
 #include "integration/x3d/x3d_file.h"
 #include "module/scene/drive.h"
@@ -10,6 +12,8 @@
 
 namespace palpate::x3d {
 namespace {
+
+namespace fs = std::filesystem;
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -296,7 +300,7 @@ TEST(X3dReader, NamesWhatHasNoEffectOnce) {
                "<TimeSensor DEF='T' loop='true'/><Transform DEF='A' bboxSize='1 1 1'/>"
                "<ROUTE fromNode='T' fromField='isActive' toNode='A' toField='center'/>");
   EXPECT_THAT(scene.notes,
-              ElementsAre("Nodes without effect here: Box, Shape, Sphere, TimeSensor (drives "
+              ElementsAre("Nodes without effect here: Box, Shape (2), Sphere, TimeSensor (drives "
                           "nothing).",
                           "ROUTEs without effect here: T.isActive to A.center."));
 }
@@ -353,6 +357,153 @@ TEST(X3dReader, NamesEveryNodeThatItLeavesOutWhereverItStands) {
       "<VolumeData><ImageTexture3D url='a.nrrd'/><ImageTexture3D url='b.nrrd'/></VolumeData>");
   EXPECT_THAT(twice.spec.volumes[0].files, ElementsAre("folder/a.nrrd"));
   EXPECT_THAT(twice.notes, ElementsAre("Nodes without effect here: ImageTexture3D."));
+}
+
+TEST(X3dReader, FindsVolumesInAllKindsOfGroups) {
+  for (const char* group :
+       {"Group", "StaticGroup", "Anchor", "Collision", "PickableGroup", "CADLayer", "CADAssembly",
+        "CADPart", "LayerSet", "Layer", "ToggleGroup", "LOD", "Transform"}) {
+    const std::string name = group;
+    const X3dScene scene = accepted("<" + name + ">" + kVolume + "</" + name + ">");
+    EXPECT_EQ(scene.spec.volumes.size(), 1U) << group;
+    EXPECT_THAT(scene.notes, IsEmpty()) << group;
+  }
+  const auto volume = [](const std::string& file) {
+    return "<VolumeData><ImageTexture3D url='" + file + "'/></VolumeData>";
+  };
+  const std::string three =
+      "<MetadataString name='x' value='y'/>" + volume("a.mha") + volume("b.mha") + volume("c.mha");
+  // The choice of a Switch, counted from 0 and without metadata; the finest level of a LOD.
+  const X3dScene second =
+      accepted("<Anchor url='#x'><Switch whichChoice='1'>" + three + "</Switch></Anchor>");
+  ASSERT_EQ(second.spec.volumes.size(), 1U);
+  EXPECT_THAT(second.spec.volumes[0].files, ElementsAre("folder/b.mha"));
+  EXPECT_THAT(second.notes,
+              ElementsAre("Volumes are left out: VolumeData in Switch, whose whichChoice is 1 (2).",
+                          "Nodes without effect here: ImageTexture3D (2), MetadataString, "
+                          "VolumeData (2).",
+                          "Fields without effect here: Anchor.url."));
+  const X3dScene finest = accepted("<LOD range='1 2' center='0 0 0'>" + three + "</LOD>");
+  ASSERT_EQ(finest.spec.volumes.size(), 1U);
+  EXPECT_THAT(finest.spec.volumes[0].files, ElementsAre("folder/a.mha"));
+  EXPECT_THAT(finest.notes[0], HasSubstr("VolumeData in a coarser level of LOD (2)"));
+  // A part of a design is moved as by a Transform; the shape of a collision is not seen.
+  EXPECT_EQ(accepted("<CADPart translation='0 0 2'>" + kVolume + "</CADPart>")
+                .spec.volumes[0]
+                .transform.translation_m.z,
+            2.0);
+  const X3dScene proxy =
+      accepted("<Collision><Shape containerField='proxy'/>" + kVolume + "</Collision>");
+  EXPECT_THAT(proxy.notes, ElementsAre("Nodes without effect here: Shape."));
+}
+
+TEST(X3dReader, SaysInWhatItLeavesVolumesOut) {
+  const X3dScene scene = accepted(
+      kVolume + "<GeoTransform><Group><VolumeData USE='v'/></Group></GeoTransform><Switch>" +
+      "<Group><VectorVolume url='f.nrrd'/></Group></Switch><Switch whichChoice='7'><Shape/>"
+      "</Switch>");
+  EXPECT_THAT(scene.notes[0],
+              "Volumes are left out: VectorVolume in Switch, whose whichChoice is -1, VolumeData "
+              "in GeoTransform.");
+  EXPECT_THAT(refusal("<Switch>" + kVolume + "</Switch>"),
+              is_sentence("VolumeData in Switch, whose whichChoice is -1"));
+  EXPECT_THAT(refusal("<ProtoDeclare><ProtoBody>" + kVolume + "</ProtoBody></ProtoDeclare>"),
+              is_sentence("VolumeData in ProtoDeclare"));
+  EXPECT_THAT(refusal("<Switch whichChoice='one'>" + kVolume + "</Switch>"),
+              is_sentence("whichChoice: a number"));
+}
+
+TEST(X3dReader, NamesTheNodeThatAMisspelledOneMeans) {
+  for (const auto& [wrong, meant] : {std::pair{"VolumeDate", "VolumeData"},
+                                     {"volumedata", "VolumeData"},
+                                     {"VolumData", "VolumeData"},
+                                     {"IsoSurfaceVolume", "IsoSurfaceVolumeData"},
+                                     {"SegmentdVolumeData", "SegmentedVolumeData"},
+                                     {"VectorVolumes", "VectorVolume"}})
+    EXPECT_THAT(refusal("<" + std::string(wrong) + " url='a.mha'/>"),
+                is_sentence(wrong + std::string(" in line 1 (is ") + meant + " meant?)"));
+  EXPECT_THAT(refusal("<Transfrom>" + kVolume + "</Transfrom>"),
+              is_sentence("Transfrom in line 1 (is Transform meant?)"));
+  EXPECT_THAT(refusal("<VolumeData>\n<ImageTexture3d url='a.mha'/></VolumeData>"),
+              is_sentence("put an ImageTexture3D into it (ImageTexture3d in line 2 is no node: "
+                          "correct its name to ImageTexture3D)"));
+  EXPECT_THAT(accepted(kVolume + "<PalpateSurfaceMod/><tranform/>").notes[0],
+              "Unknown nodes are left out: PalpateSurfaceMod in line 1 (is PalpateSurfaceMode "
+              "meant?), tranform in line 1 (is Transform meant?).");
+  // Other nodes of X3D are no typing errors, nor are names that are near to nothing.
+  for (const char* real :
+       {"ImageTexture", "PixelTexture3D", "LineSensor", "PositionInterpolator2D",
+        "SquadOrientationInterpolator", "GeoLOD", "Text", "Box", "Fog", "ScalarInterpolator",
+        "ViewpointGroup", "VolumeRenderer", "TransformSensor", "Odd12"})
+    EXPECT_THAT(accepted(kVolume + "<" + real + "/>").notes,
+                ElementsAre("Nodes without effect here: " + std::string(real) + "."));
+}
+
+TEST(X3dReader, SaysWhyVoxelsInTheSceneAreNotRead) {
+  EXPECT_THAT(refusal("<VolumeData><PixelTexture3D image='1 1 1 2 0 255'/></VolumeData>"),
+              is_sentence("PixelTexture3D stand in the scene itself"));
+  EXPECT_THAT(refusal("<VolumeData><ComposedTexture3D><ImageTexture url='a.png'/>"
+                      "</ComposedTexture3D></VolumeData>"),
+              is_sentence("ComposedTexture3D are single pictures"));
+}
+
+TEST(X3dReader, ReadsPackedFilesAndRefusesOtherEncodingsByName) {
+  const files::TemporaryFolder folder;
+  const auto write = [&](const char* name, std::string_view text) {
+    std::ofstream(folder / name, std::ios::binary) << text;
+    return folder / name;
+  };
+  const auto packed = [&](const char* name, const std::string& text) {
+    const gzFile file = gzopen((folder / name).c_str(), "wb1");
+    gzwrite(file, text.data(), unsigned(text.size()));
+    gzclose(file);
+    return folder / name;
+  };
+  write("a.nrrd", "not looked at");
+  const fs::path good = packed("good.x3dz", scene_of(kVolume));
+  EXPECT_TRUE(is_x3d(good));
+  const auto scene = read_x3d(good);
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_THAT(scene->spec.volumes[0].files, ElementsAre(folder / "a.nrrd"));
+  // Any of the two may have the name of the other.
+  EXPECT_TRUE(read_x3d(packed("packed.x3d", scene_of(kVolume))));
+  EXPECT_TRUE(read_x3d(write("plain.X3DZ", scene_of(kVolume))));
+  EXPECT_TRUE(read_x3d(write("outer.x3d", scene_of("<Inline url='good.x3dz'/>"))));
+  std::ostringstream bytes;
+  bytes << std::ifstream(good, std::ios::binary).rdbuf();
+  const auto cut = read_x3d(write("cut.x3dz", bytes.str().substr(0, bytes.str().size() / 2)));
+  ASSERT_FALSE(cut);
+  EXPECT_THAT(cut.error().message, HasSubstr("can not be unpacked"));
+  const auto large = read_x3d(packed("large.x3dz", std::string(20 << 20, ' ')));
+  ASSERT_FALSE(large);
+  EXPECT_THAT(large.error().message, HasSubstr("too large"));
+  const auto refused = [&](const char* name, std::string_view text, const char* encoding) {
+    const fs::path file = write(name, text);
+    EXPECT_TRUE(is_x3d(file)) << name;
+    const auto read = read_x3d(file);
+    ASSERT_FALSE(read) << name;
+    EXPECT_THAT(read.error().message,
+                AllOf(HasSubstr(std::string("in the ") + encoding + " encoding of X3D"),
+                      HasSubstr(": save it as .x3d (XML)"), EndsWith(".")))
+        << name;
+  };
+  refused("a.x3dv", "#X3D V3.3 utf8\nVolumeData {}", "classic VRML");
+  refused("b.x3dv", "VolumeData {}", "classic VRML");
+  refused("c.wrl", "#VRML V2.0 utf8\nGroup {}", "classic VRML");
+  refused("d.x3d", "#X3D V3.3 utf8\nVolumeData {}", "classic VRML");
+  refused("e.x3db", std::string_view("\xE0\0\0\x01\0x", 6), "binary");
+  refused("f.x3d", "{ \"X3D\": {} }", "JSON");
+}
+
+TEST(X3dReader, KnowsWhetherTheSceneGivesDimensions) {
+  const auto assumed = [](const char* fields) {
+    return accepted("<VolumeData " + std::string(fields) +
+                    "><ImageTexture3D url='a.mha'/></VolumeData>")
+        .spec.volumes[0]
+        .box_assumed;
+  };
+  EXPECT_TRUE(assumed(""));
+  EXPECT_FALSE(assumed("dimensions='1 1 1'"));
 }
 
 std::string with_style(const std::string& style) {
@@ -568,6 +719,14 @@ TEST(X3dReader, ReadsFilesThatAreThereAndScenesWithinScenes) {
   EXPECT_THAT(read_x3d(folder / "lost.x3d").error().message,
               AllOf(HasSubstr("there is no file"), HasSubstr("b.nrrd"), EndsWith(".")));
   EXPECT_THAT(read_x3d(folder.path()).error().message, HasSubstr("not a file"));
+  // A file that is named without a folder: in the one that the process works in.
+  const fs::path before = fs::current_path();
+  fs::current_path(folder.path());
+  const auto bare = read_x3d("lost.x3d");
+  fs::current_path(before);
+  ASSERT_FALSE(bare);
+  EXPECT_THAT(bare.error().message,
+              HasSubstr("relative to '" + fs::canonical(folder.path()).string() + "'"));
   // Another folder for the files.
   const files::TemporaryFolder elsewhere;
   std::ofstream(elsewhere / "b.nrrd") << "not looked at";

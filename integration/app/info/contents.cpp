@@ -129,6 +129,15 @@ bool are_labels(const Values& values) {
          different.front() == 0.0F;
 }
 
+/// Says that some of several frames are no images.
+void judge_labels(size_t labels, size_t frames, std::vector<std::string>& problems) {
+  if (labels > 0 && labels < frames)
+    problems.push_back(fmt::format(
+        "{} of its {} frames hold masks or labels, the others do not: move those into a folder of "
+        "their own.",
+        labels, frames));
+}
+
 void describe_labels(const Values& values, Contents& contents) {
   const bool mask = values.different.size() == 2;
   contents.kind = mask ? "mask" : "labels";
@@ -342,11 +351,7 @@ Result<Contents> contents_of_frames(const fs::path& input, const std::string& fo
   }
   judge_times(contents.times_s, contents.problems);
   const auto labels = std::count_if(contents.values.begin(), contents.values.end(), are_labels);
-  if (labels > 0 && labels < std::ssize(contents.values))
-    contents.problems.push_back(fmt::format(
-        "{} of its {} frames hold masks or labels, the others do not: move those into a folder of "
-        "their own.",
-        labels, contents.frames));
+  judge_labels(size_t(labels), contents.frames, contents.problems);
   describe_scalars(contents);
   return contents;
 }
@@ -397,21 +402,26 @@ Result<Contents> contents_of_different(const fs::path& folder, const std::vector
                     .format = fmt::format("{} image files", images.size())};
   contents.use = "none as a whole: name the files that you mean";
   contents.problems.push_back(fmt::format("It is no sequence: {}.", why.message));
+  size_t labels = 0;
   for (const fs::path& image : images) {
     const std::string name = image.filename().string();
     const auto one = contents_of_image(image, on_share);
     if (!one) return one.error();
+    labels += one->kind == "mask" || one->kind == "labels" ? 1 : 0;
     contents.more.emplace_back(
         "Holds", fmt::format("{}: {}, {}", name, one->what, files::grid_text(*one->grid)));
     for (const std::string& problem : one->problems)
       contents.problems.push_back(fmt::format("'{}': {}", name, problem));
   }
+  // A mask or two beside images are usual, and no series of frames.
+  if (labels > 2) judge_labels(labels, images.size(), contents.problems);
   return contents;
 }
 
 Result<Contents> contents_of_folder(const fs::path& folder, const OnShare& on_share) {
   const std::vector<fs::path> images = files::images_in(folder);
   if (images.empty()) return contents_of_frames(folder, "DICOM", on_share);
+  if (const Status alike = files::check_one_kind(folder, images); !alike) return alike.error();
   std::vector<fs::path> motions;
   for (const fs::path& image : images)
     if (image.filename().string().starts_with("motion_")) motions.push_back(image);
