@@ -49,6 +49,10 @@ CLI::Validator whole_number_in(int64_t low, int64_t high) {
   return CLI::Validator(check, range);
 }
 
+CLI::Validator whole_number_in(const files::NumberRange& range) {
+  return whole_number_in(int64_t(range.low), int64_t(range.high));
+}
+
 CLI::Validator one_of(std::vector<std::string> words) {
   const std::string description = fmt::format("{{{}}}", fmt::join(words, ","));
   const auto check = [words = std::move(words)](std::string& text) {

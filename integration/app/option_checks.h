@@ -17,6 +17,7 @@ CLI::Validator number_in(const files::NumberRange& range);
 
 /// A whole number from low to high.
 CLI::Validator whole_number_in(int64_t low, int64_t high);
+CLI::Validator whole_number_in(const files::NumberRange& range);
 
 /// One of the words; the error names the nearest one. `{a,b,c}` in --help.
 CLI::Validator one_of(std::vector<std::string> words);

@@ -2,7 +2,7 @@
 #include "integration/app/feel_run.h"
 #include "integration/app/gpu.h"
 #include "integration/app/option_checks.h"
-#include "integration/files/number_range.h"
+#include "integration/files/option_ranges.h"
 
 namespace palpate::app {
 
@@ -23,10 +23,10 @@ Command add_serve(CLI::App& program) {
       ->required();
   app->add_option("--port", command->serve_port, "Where clients connect")
       ->type_name("PORT")
-      ->check(whole_number_in(1, 65535))
+      ->check(whole_number_in(files::kPorts))
       ->capture_default_str();
   app->add_option("--seconds", command->seconds, "End after this time; else at Ctrl-C")
-      ->check(number_in({0.1, 1e6}));
+      ->check(number_in(files::kRunTimes_s));
   app->add_option("--fps", command->sequence.frames_per_second,
                   "Frames per second, instead of the file's times")
       ->check(number_in(files::kFrameRates));

@@ -10,7 +10,7 @@
 #include "integration/app/option_checks.h"
 #include "integration/app/outputs.h"
 #include "integration/app/picture_file.h"
-#include "integration/files/number_range.h"
+#include "integration/files/option_ranges.h"
 #include "integration/sessions/live_source.h"
 #include "module/scene/drive.h"
 
@@ -148,7 +148,7 @@ Command add_view(CLI::App& program) {
       ->type_name("DIR");
   add_seeing(*app, *command);
   app->add_option("--seconds", command->seconds, "Window or headset: end after this time")
-      ->check(number_in({0.1, 1e6}));
+      ->check(number_in(files::kRunTimes_s));
   app->add_option("--fps", command->sequence.frames_per_second,
                   "Frames per second, instead of the file's times")
       ->check(number_in(files::kFrameRates));

@@ -65,18 +65,6 @@ void JsonReading::refuse(const std::string& place, const std::string& what) {
                         : bad_input(file, "at {}: {}{}", place, what, end);
 }
 
-std::string text_of(const NumberRange& range) {
-  const bool low = std::isfinite(range.low), high = std::isfinite(range.high);
-  if (low && high) return fmt::format("a number from {} to {}", range.low, range.high);
-  if (!low) return "a number";
-  return fmt::format("a number {} {}", range.above_low ? "above" : "not below", range.low);
-}
-
-bool is_in(double value, const NumberRange& range) {
-  return std::isfinite(value) && value <= range.high &&
-         (range.above_low ? value > range.low : value >= range.low);
-}
-
 std::string nearest_word(std::string_view word, const std::vector<std::string_view>& known) {
   // Words longer than any key are no typing errors, and the time for a distance grows with the
   // product of both lengths.
