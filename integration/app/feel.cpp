@@ -2,6 +2,7 @@
 #include "integration/app/feel_run.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/series_option.h"
+#include "integration/files/option_ranges.h"
 #include "integration/files/scene_file.h"
 #include "module/scene/look.h"
 
@@ -30,7 +31,7 @@ void add_device(CLI::App& app, FeelCommand& command) {
       ->capture_default_str();
   app.add_option("--lets-go", command.device.lets_go_at_s,
                  "Simulated hand: lets go after so many s")
-      ->check(number_in({0.0, 1e6}));
+      ->check(number_in(files::kLettingGo_s));
   app.add_option("--stiffness", command.stiffness_n_per_m,
                  "Of the spring, N/m, instead of the scene's")
       ->check(number_in(files::kStiffnesses_n_per_m));
@@ -57,7 +58,7 @@ void add_tool(CLI::App& app, FeelCommand& command) {
 void add_loop(CLI::App& app, FeelCommand& command) {
   app.add_option("--seconds", command.seconds,
                  "End after this time; else with the simulated hand's path, or at Ctrl-C")
-      ->check(number_in({0.1, 1e6}));
+      ->check(number_in(files::kRunTimes_s));
   app.add_option("--core", command.core, "Pin the servo thread to this core")->check(a_core());
   app.add_flag("--no-real-time", command.no_real_time,
                "Ask the system for no priority and no locked memory");
@@ -66,7 +67,7 @@ void add_loop(CLI::App& app, FeelCommand& command) {
                "report its periods beside those of the run");
   app.add_option("--watchdog", command.watchdog_ms,
                  "A tick later than this is a fault, ms (5; simulated: 50)")
-      ->check(number_in({1.0, 1000.0}));
+      ->check(number_in(files::in_unit(files::kWatchdogs_s, 1e3, "ms")));
 }
 
 void add_sequence(CLI::App& app, FeelCommand& command) {
@@ -75,9 +76,9 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
       ->check(number_in(files::kAnyNumber));
   app.add_option("--width", command.sequence.width,
                  "Over so many values around it the strength rises")
-      ->check(number_in(files::kPositive));
+      ->check(number_in(files::kWidths));
   app.add_option("--strength", command.sequence.strength_n, "Greatest force of the surface, N")
-      ->check(number_in({0.01, files::kStrengths_n.high}))
+      ->check(number_in(files::kSurfaceStrengths_n))
       ->capture_default_str();
   app.add_option("--friction", command.sequence.friction, "Coulomb's mu")
       ->check(number_in(files::kFrictions))
@@ -100,7 +101,7 @@ void add_sequence(CLI::App& app, FeelCommand& command) {
   app.add_option("--scale", command.scale,
                  "Size of the volume: fit (into the device's reach), or a number")
       ->check([](const std::string& text) {
-        const std::string wrong = number_in({1e-4, 1e4})(text);
+        const std::string wrong = number_in(files::kScales)(text);
         return text == "fit" || wrong.empty() ? std::string() : "'fit' or " + wrong;
       })
       ->capture_default_str();
@@ -196,7 +197,7 @@ void add_segments(CLI::App& app, scenes::SequenceChoices& choices) {
       ->check(an_existing_file());
   app.add_option("--segments-frame", choices.segments_frame,
                  "The frame, from 0 on, that a single segmentation is of")
-      ->check(whole_number_in(0, 1'000'000))
+      ->check(whole_number_in(files::kFrameNumbers))
       ->capture_default_str();
   app.add_option("--segment", choices.segment_names,
                  "Only these parts of the segmentation, by name or label")
@@ -278,7 +279,7 @@ Command add_feel(CLI::App& program) {
                   "Send what is felt, the moved volume and its motion to OpenIGTLink clients (3D "
                   "Slicer) that connect to this port")
       ->type_name("PORT")
-      ->check(whole_number_in(1, 65535));
+      ->check(whole_number_in(files::kPorts));
   app->add_option("--csv", command->csv, "Write every tick")->type_name("FILE");
   app->add_option("--picture", command->picture, "Draw force, depth and phase over time (PNG)")
       ->type_name("FILE");

@@ -131,6 +131,11 @@ std::string summary_text(const FeelNumbers& n, const ServoStatistics& statistics
       "          the hand up to {:.1f} mm behind the surface; no change above {:.3f} N per ms\n",
       n.seconds, n.touched_s, n.mean_force_n, n.most_force_n, 1e3 * n.deepest_m,
       n.steepest_n_per_ms);
+  if (n.late_ticks > 0)
+    text += fmt::format(
+        "          without {} late tick{}: up to {:.1f} ms after the last one, where the force "
+        "changed by {:.3f} N at most\n",
+        n.late_ticks, n.late_ticks == 1 ? "" : "s", 1e3 * n.latest_s, n.late_change_n);
   if (n.most_newton_steps > 0)
     text += fmt::format(
         "Motion    inverted in {} steps at most, to {:.2g} um; {} ticks with a frozen point\n",

@@ -3,14 +3,9 @@
 #include <fmt/format.h>
 
 #include "integration/app/option_checks.h"
+#include "integration/files/option_ranges.h"
 
 namespace palpate::app {
-namespace {
-
-constexpr files::NumberRange kMemory_mb{0.01, 1e9};
-
-}  // namespace
-
 void add_gpu_option(CLI::App& command, DeviceOptions& options) {
   command
       .add_option("--gpu", options.device,
@@ -32,7 +27,7 @@ void add_device_options(CLI::App& command, DeviceOptions& options) {
       .add_option("--memory-cap", options.memory_cap_mb,
                   "Use no more device memory than this, in MB; larger work is cut into slabs")
       ->type_name("MB")
-      ->check(number_in(kMemory_mb));
+      ->check(number_in(files::kDeviceMemory_mb));
 }
 
 std::future<OpenedContext> begin_open_device(const DeviceOptions& options) {

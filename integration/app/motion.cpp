@@ -18,6 +18,7 @@
 #include "integration/app/summary.h"
 #include "integration/files/atomic_file.h"
 #include "integration/files/frames.h"
+#include "integration/files/option_ranges.h"
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
 #include "integration/files/write_volume.h"
@@ -432,7 +433,7 @@ int run(const MotionCommand& command) {
 void add_expert_options(CLI::App& app, MotionCommand& command) {
   add_device_options(app, command.device);
   app.add_option("--iterations", command.iterations, "At most this many iterations on every level")
-      ->check(whole_number_in(1, 10000))
+      ->check(whole_number_in(files::kIterations))
       ->group("Experiments");
   app.add_option("--levels", command.levels, "Number of levels of the pyramid")
       ->check(whole_number_in(1, 12))

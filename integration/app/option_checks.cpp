@@ -57,6 +57,10 @@ void add_nan_as(CLI::App& app, std::optional<float>& nan_as, const std::string& 
       ->check(number_in(files::kAnyNumber));
 }
 
+CLI::Validator whole_number_in(const files::NumberRange& range) {
+  return whole_number_in(int64_t(range.low), int64_t(range.high));
+}
+
 CLI::Validator one_of(std::vector<std::string> words) {
   const std::string description = fmt::format("{{{}}}", fmt::join(words, ","));
   const auto check = [words = std::move(words)](std::string& text) {

@@ -18,6 +18,7 @@ CLI::Validator number_in(const files::NumberRange& range);
 
 /// A whole number from low to high.
 CLI::Validator whole_number_in(int64_t low, int64_t high);
+CLI::Validator whole_number_in(const files::NumberRange& range);
 
 /// --nan-as VALUE, which sets nan_as.
 void add_nan_as(CLI::App& app, std::optional<float>& nan_as, const std::string& what_for);

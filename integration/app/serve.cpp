@@ -3,7 +3,7 @@
 #include "integration/app/gpu.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/series_option.h"
-#include "integration/files/number_range.h"
+#include "integration/files/option_ranges.h"
 
 namespace palpate::app {
 
@@ -25,10 +25,10 @@ Command add_serve(CLI::App& program) {
   add_series_option(*app, command->inputs);
   app->add_option("--port", command->serve_port, "Where clients connect")
       ->type_name("PORT")
-      ->check(whole_number_in(1, 65535))
+      ->check(whole_number_in(files::kPorts))
       ->capture_default_str();
   app->add_option("--seconds", command->seconds, "End after this time; else at Ctrl-C")
-      ->check(number_in({0.1, 1e6}));
+      ->check(number_in(files::kRunTimes_s));
   add_frame_rate(*app, command->sequence.frames_per_second);
   app->add_option("--fields", command->sequence.fields,
                   "What 'palpate motion' wrote, its folder or its sequence_motion.nrrd; else the "

@@ -11,7 +11,7 @@
 #include "integration/app/outputs.h"
 #include "integration/app/picture_file.h"
 #include "integration/app/series_option.h"
-#include "integration/files/number_range.h"
+#include "integration/files/option_ranges.h"
 #include "integration/sessions/live_source.h"
 #include "module/scene/drive.h"
 
@@ -150,7 +150,7 @@ Command add_view(CLI::App& program) {
       ->type_name("DIR");
   add_seeing(*app, *command);
   app->add_option("--seconds", command->seconds, "Window or headset: end after this time")
-      ->check(number_in({0.1, 1e6}));
+      ->check(number_in(files::kRunTimes_s));
   add_frame_rate(*app, command->sequence.frames_per_second);
   app->add_option("--fields", command->sequence.fields,
                   "What 'palpate motion' wrote, its folder or its sequence_motion.nrrd, moves the "

@@ -46,18 +46,6 @@ void JsonReading::refuse(const std::string& place, const std::string& what) {
                         : bad_input(file, "at {}: {}{}", place, what, end);
 }
 
-std::string text_of(const NumberRange& range) {
-  const bool low = std::isfinite(range.low), high = std::isfinite(range.high);
-  if (low && high) return fmt::format("a number from {} to {}", range.low, range.high);
-  if (!low) return "a number";
-  return fmt::format("a number {} {}", range.above_low ? "above" : "not below", range.low);
-}
-
-bool is_in(double value, const NumberRange& range) {
-  return std::isfinite(value) && value <= range.high &&
-         (range.above_low ? value > range.low : value >= range.low);
-}
-
 size_t edits_between(std::string_view a, std::string_view b) {
   std::vector<size_t> before(b.size() + 1), above(b.size() + 1), row(b.size() + 1);
   std::iota(above.begin(), above.end(), size_t{0});

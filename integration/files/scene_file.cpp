@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "integration/files/json_object.h"
+#include "integration/files/option_ranges.h"
 #include "integration/files/scene_parts.h"
 #include "integration/files/sentences.h"
 #include "module/scene/drive.h"
@@ -20,13 +21,10 @@ using nlohmann::json;
 
 constexpr uintmax_t kMostSceneBytes = 16 << 20;  // a scene is some kilobytes; more is another file
 
-constexpr NumberRange kDampings{0.0, 1000.0};                   // N s/m
 constexpr NumberRange kSceneFrameRates{0.0, kFrameRates.high};  // 0: as the files say
 constexpr NumberRange kPlayingRates{-1000.0, 1000.0};           // times as fast as recorded
 constexpr NumberRange kDriveRates_hz{-100.0, 100.0};
-constexpr NumberRange kDistances_m{0.0, 10.0};
 constexpr NumberRange kCycles_s{0.0, 1e6};  // 0: as the files or the frames per second say
-constexpr NumberRange kEdges_m{1e-4, 100.0};
 
 const std::vector<std::string_view> kKinds = {"surface",   "follow",         "front",
                                               "vortex",    "gradient-force", "vector-force",
@@ -42,7 +40,7 @@ class JsonSceneReader {
   SceneSpec read(const json& root) {
     JsonObject o(root, "", reading_);
     o.number("stiffness_n_per_m", scene_.stiffness_n_per_m, kStiffnesses_n_per_m);
-    o.number("damping_n_s_per_m", scene_.damping_n_s_per_m, kDampings);
+    o.number("damping_n_s_per_m", scene_.damping_n_s_per_m, kDampings_n_s_per_m);
     o.number("max_force_n", scene_.max_force_n, kForces_n);
     read_transform(o, "world_from_device", scene_.world_from_device);
     if (const json* volumes = needed_list(o, "volumes", "there is nothing to feel"))
@@ -192,7 +190,7 @@ class JsonSceneReader {
     read_direction(o, "axis", d.axis);
     o.vector("centre_m", d.centre_m);
     o.number("rate_hz", d.rate_hz, kDriveRates_hz);
-    o.number("amplitude_m", d.amplitude_m, kDistances_m);
+    o.number("amplitude_m", d.amplitude_m, kRanges_m);
     read_keyed_poses(o, "poses", d.poses);
     const bool keys = d.kind == DriveSpec::Kind::kKeys;
     if (keys != !d.poses.empty() && o.good())
@@ -232,7 +230,7 @@ class JsonSceneReader {
     o.boolean("two_sided", m.two_sided);
     o.boolean("leaving", m.leaving);
     o.vector("point_m", m.point_m);
-    o.number("range_m", m.range_m, kDistances_m);
+    o.number("range_m", m.range_m, kRanges_m);
     o.boolean("on", m.on);
     o.finish();
     if (value.is_object())

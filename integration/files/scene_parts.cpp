@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "integration/files/option_ranges.h"
 #include "integration/files/scene_file.h"
 
 namespace palpate::files {
@@ -12,10 +13,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr NumberRange kScales{1e-4, 1e4};
 constexpr NumberRange kSeeds{1.0, 24.0};
 constexpr NumberRange kColours{0.0, 1.0};
-constexpr NumberRange kFrameNumbers{0.0, 1e6};
 constexpr NumberRange kSegmentOpacity{0.0, 0.99};
 
 void read_rotation(JsonObject& o, Transform& out) {

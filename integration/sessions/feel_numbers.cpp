@@ -23,10 +23,7 @@ void FeelCounter::add(const TickRow& row) {
   sums_.seconds += dt;
   const double force = glm::length(row.force_n);
   sums_.most_force_n = std::max(sums_.most_force_n, force);
-  if (dt > 0.0)
-    sums_.steepest_n_per_ms =
-        std::max(sums_.steepest_n_per_ms, glm::length(row.force_n - force_before_n_) / (dt * 1e3));
-  force_before_n_ = row.force_n;
+  change_.add(row.dt_s, row.force_n);
   if (row.in_contact) {
     sums_.touched_s += dt;
     sums_.mean_force_n += force * dt;
@@ -40,6 +37,10 @@ void FeelCounter::add(const TickRow& row) {
 
 FeelNumbers FeelCounter::numbers() const {
   FeelNumbers numbers = sums_;
+  numbers.steepest_n_per_ms = change_.largest_n_per_ms();
+  numbers.late_ticks = change_.late_ticks();
+  numbers.latest_s = change_.latest_s();
+  numbers.late_change_n = change_.largest_late_n();
   if (numbers.touched_s > 0.0) numbers.mean_force_n /= numbers.touched_s;
   std::sort(numbers.causes.begin(), numbers.causes.end(),
             [](const CauseTime& a, const CauseTime& b) { return a.seconds > b.seconds; });

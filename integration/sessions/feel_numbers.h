@@ -4,6 +4,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "integration/sessions/force_change.h"
 #include "module/haptics/servo_loop.h"
 
 namespace palpate::sessions {
@@ -39,7 +40,10 @@ struct FeelNumbers {
   double seconds = 0.0, touched_s = 0.0;
   double most_force_n = 0.0, mean_force_n = 0.0;  ///< while touching
   double deepest_m = 0.0;  ///< the hand behind the surface: how far the spring was stretched
-  double steepest_n_per_ms = 0.0;  ///< largest change of the force that reached the hand
+  /// largest change of the force that reached the hand, without late ticks: see ForceChange
+  double steepest_n_per_ms = 0.0;
+  uint64_t late_ticks = 0;
+  double latest_s = 0.0, late_change_n = 0.0;  ///< from tick to tick, where one was late
   double worst_residual_m = 0.0;
   int most_newton_steps = 0;
   uint64_t frozen = 0;            ///< ticks whose motion could not be inverted
@@ -54,7 +58,7 @@ class FeelCounter {
 
  private:
   FeelNumbers sums_;  ///< mean_force_n contains the integral of the force over time, N s
-  glm::dvec3 force_before_n_{0.0};
+  ForceChange change_;
 };
 
 /// The course of a run for pictures, in memory that does not grow: every tick of the first half

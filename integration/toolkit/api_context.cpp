@@ -8,6 +8,7 @@
 
 #include "integration/files/raster.h"
 #include "integration/toolkit/handles.h"
+#include "integration/toolkit/options.h"
 
 namespace palpate::toolkit {
 namespace {
@@ -63,6 +64,8 @@ PalResult refused_handle(const char* what) noexcept {
 }
 
 Result<Grid> grid_of(const PalGrid& grid) {
+  // A direction of another length would be a second spacing.
+  constexpr double kUnitTolerance = 1e-3;
   files::Placement placement;
   const bool has_direction = std::any_of(std::begin(grid.direction), std::end(grid.direction),
                                          [](double d) { return d != 0.0; });
@@ -72,6 +75,12 @@ Result<Grid> grid_of(const PalGrid& grid) {
     placement.origin_mm[a] = grid.origin_mm[a];
     for (int row = 0; row < 3 && has_direction; ++row)
       placement.axes[a][row] = grid.direction[3 * row + a];
+    const double length = glm::length(placement.axes[a]);
+    if (std::isfinite(length) && std::abs(length - 1.0) > kUnitTolerance)
+      return Error{ErrorKind::kBadInput,
+                   fmt::format("PalGrid has a direction of length {:.4g} along axis {}, but "
+                               "directions have length 1: put the spacing into spacing_mm",
+                               length, a)};
   }
   if (const auto sound = files::make_grid("PalGrid", placement)) return sound;
   return Error{ErrorKind::kBadInput,
@@ -177,6 +186,12 @@ PalResult open_context(const PalContextInfo* given, PalContext** context) {
       return read;
     info.vulkan = &vulkan;
   }
+  if (const Status flags = check_flags("PalContextInfo", info.flags, PAL_CONTEXT_NO_GPU); !flags)
+    return failed(flags.error());
+  const files::NumberRange memory = files::in_unit(files::kDeviceMemory_mb, 1e6, "bytes");
+  if (const Status cap = check_field("memory_cap_bytes", double(info.memory_cap_bytes), memory);
+      !cap)
+    return failed(cap.error());
   auto content = std::make_shared<ContextContent>();
   content->log = info.log;
   content->user = info.user;

@@ -13,6 +13,7 @@
 #include "integration/files/sequence_motion_file.h"
 #include "integration/files/write_field.h"
 #include "integration/toolkit/motion_content.h"
+#include "integration/toolkit/options.h"
 
 namespace palpate::toolkit {
 
@@ -300,6 +301,12 @@ PalResult open_estimator(PalContext* context, const PalEstimatorInfo* given,
   if (!use->device)
     return failed(PAL_NO_DEVICE,
                   {"The context has no device that computes, so no motion is found"});
+  constexpr uint32_t kFlags =
+      PAL_ESTIMATOR_PAIRWISE | PAL_ESTIMATOR_CYCLIC | PAL_ESTIMATOR_NO_VERDICT;
+  for (const Status& checked :
+       {check_flags("PalEstimatorInfo", info.flags, kFlags),
+        check_field("iterations", double(info.iterations), files::kIterations)})
+    if (!checked) return failed(checked.error());
   const auto grid = grid_of(info.grid);
   if (!grid) return failed(grid.error());
   EstimatorOptions options;
@@ -309,8 +316,7 @@ PalResult open_estimator(PalContext* context, const PalEstimatorInfo* given,
                   {"There is no such preset: choose fast, balanced, best or classic"});
   options.motion = *preset;
   if (info.iterations > 0)
-    for (LevelOptions& level : options.motion.levels)
-      level.iterations = int(std::min(info.iterations, 10000U));
+    for (LevelOptions& level : options.motion.levels) level.iterations = int(info.iterations);
   options.cyclic = (info.flags & PAL_ESTIMATOR_CYCLIC) != 0;
   if (info.mask) {
     const auto bytes = volume_of(*grid, PAL_UINT8, info.mask);
@@ -406,6 +412,10 @@ PalResult with(const PalMotion* motion, const PalFieldInfo* given, const Work& w
     if (const PalResult read = taken(given, offsetof(PalFieldInfo, time_s), "PalFieldInfo", info);
         read != PAL_OK)
       return read;
+    if (const Status flags =
+            check_flags("PalFieldInfo", info.flags, PAL_FIELD_TO_TIME | PAL_FIELD_INVERSE);
+        !flags)
+      return failed(flags.error());
     return work(*use, info);
   });
 }

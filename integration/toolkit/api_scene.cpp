@@ -11,6 +11,7 @@
 #include "integration/sessions/live_source.h"
 #include "integration/sessions/replay.h"
 #include "integration/toolkit/motion_content.h"
+#include "integration/toolkit/options.h"
 #include "module/haptics/scene.h"
 
 namespace palpate::toolkit {
@@ -35,7 +36,8 @@ Result<std::shared_ptr<const scenes::GivenVolume>> given_of(const PalFrames& fra
     sequence.frames.push_back(std::move(*volume));
     if (!frames.times_s) continue;
     sequence.times_s.push_back(frames.times_s[k]);
-    if (k > 0 && !(sequence.times_s[k] > sequence.times_s[k - 1]))
+    if (!std::isfinite(sequence.times_s[k]) ||
+        (k > 0 && !(sequence.times_s[k] > sequence.times_s[k - 1])))
       return refused("have times that do not rise");
   }
   sequence.times_known = frames.times_s != nullptr;
@@ -91,9 +93,6 @@ Status take_words(const PalSceneInfo& info, scenes::SequenceChoices& choices) {
       return refused(fmt::format("There are no values '{}': reference, mean or own", info.values));
     choices.values = found->second;
   }
-  for (const double number : {info.width, info.scale, info.wait_s})
-    if (!std::isfinite(number) || number < 0.0)
-      return refused("width, scale and wait_s of PalSceneInfo are finite and not below 0");
   if (info.width > 0.0) choices.width = info.width;
   if (info.segmentation_count > 0 && info.wall)
     return refused("The parts of a segmentation are the walls: give segments or a wall");
@@ -108,9 +107,30 @@ Status take_words(const PalSceneInfo& info, scenes::SequenceChoices& choices) {
   return Nothing{};
 }
 
+Status check_numbers(const PalSceneInfo& info) {
+  constexpr uint32_t kFlags = PAL_SCENE_MOVABLE | PAL_SCENE_TRUE_SIZE | PAL_SCENE_NOT_CYCLIC |
+                              PAL_SCENE_LIVE | PAL_SCENE_NO_MOTION | PAL_SCENE_FORGET_MOTION;
+  // Below 0 there is no friction.
+  const double friction =
+      std::isfinite(info.friction) ? std::max(info.friction, 0.0) : info.friction;
+  for (const Status& checked :
+       {check_flags("PalSceneInfo", info.flags, kFlags),
+        check_number("iso_value", info.iso_value ? *info.iso_value : 0.0, files::kAnyNumber),
+        check_field("strength_n", info.strength_n, files::kSurfaceStrengths_n),
+        check_field("friction", friction, files::kFrictions),
+        check_field("frames_per_second", info.frames_per_second, files::kFrameRates),
+        check_field("width", info.width, files::kWidths),
+        check_field("scale", info.scale, files::kScales),
+        check_field("segments_frame", double(info.segments_frame), files::kFrameNumbers),
+        check_field("wait_s", info.wait_s, files::kWaits_s)})
+    if (!checked) return checked.error();
+  return Nothing{};
+}
+
 /// The host's choices, checked and converted.
 Result<scenes::SequenceChoices> choices_of(const PalSceneInfo& info,
                                            const std::vector<PalFrames>& all_frames) {
+  if (const Status checked = check_numbers(info); !checked) return checked.error();
   scenes::SequenceChoices choices;
   if (info.iso_value) choices.iso_value = *info.iso_value;
   if (info.strength_n > 0.0) choices.strength_n = info.strength_n;

@@ -10,14 +10,12 @@
 #include "integration/scenes/replay_key.h"
 #include "integration/scenes/tubes_file.h"
 #include "integration/sessions/simulated_hand.h"
+#include "integration/toolkit/options.h"
 #include "integration/toolkit/session_content.h"
 #include "module/haptics/monotonic.h"
 
 namespace palpate::toolkit {
 namespace {
-
-// The largest force that a host may ask for (PalSessionInfo); a larger number is a mistake.
-constexpr double kMostForce_n = 100.0;
 
 /// The session whose callback is running on this thread; null: none.
 thread_local const void* session_calling_back = nullptr;
@@ -146,8 +144,6 @@ PalResult take_host_device(const PalDevice& given, SessionContent& content) {
 
 PalResult take_simulated(const PalSessionInfo& info, const SceneContent& of_scene, Felt& felt,
                          SessionContent& content) {
-  if (!std::isfinite(info.lets_go_s) || info.lets_go_s < 0.0)
-    return failed(PAL_BAD_INPUT, {"PalSessionInfo.lets_go_s is finite and not below 0"});
   sessions::HandChoice choice;
   if (info.simulated_path) choice.path = info.simulated_path;
   if (info.simulated_hand) choice.hand = info.simulated_hand;
@@ -205,10 +201,6 @@ PalResult take_device(const PalSessionInfo& info, const SceneContent& of_scene, 
 Result<SessionOptions> options_of(const PalSessionInfo& info, const SceneContent& of_scene,
                                   bool is_harmless, const SessionContent* session) {
   const auto refused = [](const char* sentence) { return Error{ErrorKind::kBadInput, sentence}; };
-  for (const double number : {info.max_force_n, info.stiffness_n_per_m, info.watchdog_s})
-    if (!std::isfinite(number) || number < 0.0)
-      return refused("A number of PalSessionInfo is below 0 or not finite");
-  if (info.max_force_n > kMostForce_n) return refused("A largest force above 100 N is a mistake");
   SessionOptions options;
   options.haptics.safety.max_force_n =
       info.max_force_n > 0.0 ? info.max_force_n : of_scene.scene.spec.max_force_n;
@@ -245,12 +237,21 @@ static_assert(int(SessionEvent::Kind::kNote) == PAL_EVENT_NOTE &&
               int(SessionEvent::Kind::kWholeMotion) == PAL_EVENT_WHOLE_MOTION &&
               int(SessionEvent::Kind::kMotionFailed) == PAL_EVENT_MOTION_FAILED);
 
-/// Checks combinations of options that are not allowed.
+/// Checks numbers, and combinations of options that are not allowed.
 PalResult check(const PalSessionInfo& info, const SceneContent& of_scene) {
+  constexpr uint32_t kFlags = PAL_SESSION_HOST_TICKS | PAL_SESSION_NO_ESTIMATION |
+                              PAL_SESSION_NO_REAL_TIME | PAL_SESSION_DEAD_MAN | PAL_SESSION_FOLLOW;
+  for (const Status& checked :
+       {check_flags("PalSessionInfo", info.flags, kFlags),
+        check_field("max_force_n", info.max_force_n, files::kForces_n),
+        check_field("stiffness_n_per_m", info.stiffness_n_per_m, files::kStiffnesses_n_per_m),
+        check_field("watchdog_s", info.watchdog_s, files::kWatchdogs_s),
+        check_field("lets_go_s", info.lets_go_s, files::kLettingGo_s),
+        check_field("serve_port", double(info.serve_port), files::kPorts)})
+    if (!checked) return failed(checked.error());
   if ((info.flags & PAL_SESSION_HOST_TICKS) && (info.device || info.device_name))
     return failed(PAL_BAD_INPUT,
                   {"A host that ticks has the device itself: give PalSessionInfo.host alone"});
-  if (info.serve_port > 65535) return failed(PAL_BAD_INPUT, {"A port is from 1 to 65535"});
   if (info.recording && of_scene.live)
     return failed(PAL_BAD_INPUT, {"What comes from a live source is no part of a recording"});
   if (info.recording && !of_scene.scene.missing.empty())
@@ -555,7 +556,8 @@ PalResult pal_session_set_mode(PalSession* session, uint32_t index, int on, doub
   return with(session, [&](SessionContent& of_session) {
     if (index >= of_session.session().scene()->modes.size())
       return failed(PAL_BAD_INPUT, {"The scene has no such mode"});
-    if (!(gain >= 0.0 && gain <= 1e6)) return failed(PAL_BAD_INPUT, {"A gain is from 0 to 1e6"});
+    if (const auto checked = check_number("gain", gain, palpate::files::kGains); !checked)
+      return failed(checked.error());
     return both_sent(of_session, {ControlEvent::Kind::kModeOn, int(index), on ? 1.0 : 0.0},
                      {ControlEvent::Kind::kModeGain, int(index), gain});
   });

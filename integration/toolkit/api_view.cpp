@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "integration/toolkit/options.h"
 #include "integration/toolkit/session_content.h"
 #include "module/session/viewer.h"
 
@@ -27,6 +28,10 @@ PalResult open_view(PalSession* session, const PalViewInfo* given, PalView** vie
   if (const PalResult read = taken(given, offsetof(PalViewInfo, look), "PalViewInfo", info);
       read != PAL_OK)
     return read;
+  if (const Status flags = check_flags("PalViewInfo", info.flags,
+                                       PAL_VIEW_NO_HAND | PAL_VIEW_NO_BOX | PAL_VIEW_CUT_OPEN);
+      !flags)
+    return failed(flags.error());
   if (!use->context()->device)
     return failed(PAL_NO_DEVICE,
                   {"The context has no device that computes, so there are no pictures"});

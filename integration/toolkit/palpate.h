@@ -16,6 +16,8 @@
      structures lack are taken as 0. A size larger than the library knows gives PAL_BAD_VERSION, for
      every structure. A structure that can grow is never part of another one, which points to it
      instead. (PalGrid, PalReading, PalTick and PalEye have no size: they never change.)
+   - Flags that this header does not name are 0, and numbers are in the range that is given with
+     them: others give PAL_BAD_INPUT, with a sentence that names the value and the range.
    - Functions return a PalResult: 0 is success, below 0 is a failure, above 0 is "not yet" or "no
      more". After a failure pal_last_error() gives a sentence for people, separate for each thread.
    - A function that closes takes the handle's address and sets the handle to NULL. Closing NULL is
@@ -151,7 +153,7 @@ typedef struct PalContextInfo {
   const char* device;
   /* The host's device, used instead of `device`; NULL: the library opens a device of its own. */
   const PalVulkan* vulkan;
-  uint64_t memory_cap_bytes; /* largest use of device memory; 0: all that is available */
+  uint64_t memory_cap_bytes; /* largest use of device memory, from 10,000; 0: all there is */
   /* Called with sentences about what the library does, on any thread; NULL: not called. */
   void (*log)(void* user, const char* sentence);
   void* user;
@@ -196,7 +198,8 @@ typedef struct PalEstimatorInfo {
      0 to 1; NULL: not called. It may call pal_estimator_cancel(). */
   void (*on_progress)(void* user, const char* doing, double share);
   void* user;
-  uint32_t iterations; /* at most this many on each pyramid level; 0: as the preset has it */
+  /* At most this many on each pyramid level, to 10,000; 0: as the preset has it. */
+  uint32_t iterations;
 } PalEstimatorInfo;
 
 /* Opens an estimator. The context must have a device (not PAL_CONTEXT_NO_GPU). [ANY] */
@@ -378,9 +381,10 @@ typedef struct PalSceneInfo {
   uint32_t mode_library_count;
   /* For a sequence without a scene file: */
   const double* iso_value; /* of the surface to feel; NULL: chosen from the data */
-  double strength_n;       /* the largest force of the surface; 0: 4 */
-  double friction;         /* Coulomb's mu; 0: 0.2; below 0: no friction */
-  /* 0: as in the data, or where they have no times all frames in one second, at most 30 a second */
+  double strength_n;       /* the largest force of the surface, 0.01 to 1000; 0: 4 */
+  double friction;         /* Coulomb's mu, to 10; 0: 0.2; below 0: no friction */
+  /* 0.001 to 100,000; 0: as in the data, or where they have no times all frames in one second, at
+     most 30 a second */
   double frames_per_second;
   const char* fields; /* folder or file that `palpate motion` wrote; NULL: none */
   /* Also for a sequence without a scene file; each as the program's option of that name. */
@@ -391,16 +395,17 @@ typedef struct PalSceneInfo {
   /* The width of the range of values around iso_value over which the strength rises; 0: chosen from
      the data. */
   double width;
-  double scale;                /* factor on the size; 0: as the flags require */
+  double scale;                /* factor on the size, 1e-4 to 1e4; 0: as the flags require */
   const char* const* segments; /* segmentation_count files; the walls are their segments */
   uint32_t segmentation_count;
-  uint32_t segments_frame;          /* the frame to which a single segmentation belongs */
+  /* The frame to which a single segmentation belongs, to 1,000,000. */
+  uint32_t segments_frame;
   const char* const* segment_names; /* names of segment_count segments; NULL: all */
   uint64_t segment_count;
   /* For "igtl://HOST:PORT": */
   const char* image;     /* use the images of this device name; NULL: that of the first image */
   const char* transform; /* the transforms of this device name move the volume; NULL: none */
-  double wait_s;         /* how long to wait for the first image; 0: 10 */
+  double wait_s;         /* how long to wait for the first image, 0.001 to 1e6; 0: 10 */
 } PalSceneInfo;
 
 /* Reads the data and prepares them, on all cores; this takes between parts of a second and many
@@ -539,10 +544,10 @@ typedef struct PalSessionInfo {
      of its tip, in the patient space of the first volume. It gives no force, and the scene's
      transform of the device is ignored. */
   const char* device_name;
-  double max_force_n;       /* 0: the scene's */
-  double stiffness_n_per_m; /* of the spring between hand and proxy; 0: the scene's */
-  /* Ticks further apart than this ramp the force down; 0: 0.005, or 0.05 for a simulated hand and a
-     tracked tool. */
+  double max_force_n;       /* 0.01 to 100; 0: the scene's */
+  double stiffness_n_per_m; /* of the spring between hand and proxy, 1 to 1e5; 0: the scene's */
+  /* Ticks further apart than this ramp the force down, 0.001 to 1; 0: 0.005, or 0.05 for a
+     simulated hand and a tracked tool. */
   double watchdog_s;
   const char* preset; /* of the estimation; NULL: "balanced", for a live source "fast" */
   /* Called with each event, on the session's threads; must not close the session. NULL: not
@@ -571,7 +576,7 @@ typedef struct PalSessionInfo {
      t_s,x_m,y_m,z_m; NULL: "press". */
   const char* simulated_path;
   const char* simulated_hand; /* "human", "loose", "firm" or "none"; NULL: "human" */
-  double lets_go_s;           /* time after which the simulated hand lets go; 0: never */
+  double lets_go_s;           /* time after which the simulated hand lets go, to 1e6; 0: never */
   /* For the device "igtl://HOST:PORT": use the transforms of this device name; NULL: that of the
      first transform. */
   const char* tool;
@@ -668,8 +673,9 @@ PAL_API PalResult pal_session_play(PalSession* session, int on);
 /* Sets the time of every moving volume to a share of its sequence's length, 0 to 1, and pauses;
    PAL_NOT_YET while the motion is not known. [ANY] */
 PAL_API PalResult pal_session_scrub(PalSession* session, double share);
-/* Switches mode `index` of the scene on or off and sets a factor on its strengths, by a ramp.
-   PAL_NOT_YET: too many requests wait for the haptic loop; nothing is changed, call again. [ANY] */
+/* Switches mode `index` of the scene on or off and sets a factor on its strengths, 0 to 100, by a
+   ramp. PAL_NOT_YET: too many requests wait for the haptic loop; nothing is changed, call again.
+   [ANY] */
 PAL_API PalResult pal_session_set_mode(PalSession* session, uint32_t index, int on, double gain);
 /* Sets the place of a movable volume: a rotation, scales along its axes (equal or not) and a
    translation, three rows of four. The volume moves there on a smooth path, so one call per picture

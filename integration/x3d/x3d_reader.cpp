@@ -13,7 +13,7 @@
 #include <optional>
 #include <set>
 
-#include "integration/files/number_range.h"
+#include "integration/files/option_ranges.h"
 #include "integration/files/scene_file.h"
 #include "integration/files/sentences.h"
 #include "integration/files/text.h"
@@ -35,10 +35,6 @@ constexpr uintmax_t kMostBytes = 16 << 20;  // the same limit as for scenes in J
 constexpr size_t kMostVisits = 200'000;     // USE can multiply nodes without writing them
 constexpr size_t kDeepest = 256;            // with USE and Inline
 constexpr size_t kMostVolumes = 64, kMostModes = 256, kMostDocuments = 64;
-constexpr NumberRange kEdges_m{1e-4, 100.0};
-constexpr NumberRange kScales{1e-4, 1e4};
-constexpr NumberRange kDampings{0.0, 1000.0};
-constexpr NumberRange kRanges_m{0.0, 10.0};
 constexpr double kDefaultSoftness_m = 0.01;
 constexpr double kMostOpaque = 0.999;  // of a LookPoint
 
@@ -480,7 +476,7 @@ class X3dSceneReader {
       finish(node);
     } else if (name == "VolumeHaptics") {
       number(node, "stiffness", scene_.spec.stiffness_n_per_m, files::kStiffnesses_n_per_m);
-      number(node, "palpateDamping", scene_.spec.damping_n_s_per_m, kDampings);
+      number(node, "palpateDamping", scene_.spec.damping_n_s_per_m, files::kDampings_n_s_per_m);
       finish(node);
       visit_children(node, place);
     } else if (name == "Inline") {
@@ -642,7 +638,7 @@ class X3dSceneReader {
     glm::dquat orientation(1.0, 0.0, 0.0, 0.0);
     vector(node, "translation", t.translation_m);
     vector(node, "center", centre);
-    vector(node, "scale", t.scale, kScales);
+    vector(node, "scale", t.scale, files::kScales);
     rotation(node, "rotation", t.rotation);
     rotation(node, "scaleOrientation", orientation);
     if (!good()) return place;
@@ -694,7 +690,7 @@ class X3dSceneReader {
       if (to == "translation")
         follow(node, route, "PositionInterpolator", pose.translation_m, {-1e6, 1e6});
       else if (to == "scale")
-        follow(node, route, "PositionInterpolator", pose.scale, kScales);
+        follow(node, route, "PositionInterpolator", pose.scale, files::kScales);
       else if (to == "rotation")
         follow(node, route, "OrientationInterpolator", pose.rotation, files::kAnyNumber);
     }
@@ -1023,14 +1019,14 @@ class X3dSceneReader {
           {{at[0], at[1], at[2]}, (*potential)[k], (*softness)[softness->size() == 1 ? 0 : k]});
     }
     glm::dvec3 size;
-    if (vector(node, "size", size, kEdges_m)) volume.box_m = size;
+    if (vector(node, "size", size, files::kEdges_m)) volume.box_m = size;
     for (const Node& child : children(node))
       if (!is_name(child)) leave_out(child);
   }
 
   void volume_data(const Node& node, VolumeSpec& volume) {
     glm::dvec3 box(1.0);
-    volume.box_assumed = !vector(node, "dimensions", box, kEdges_m);
+    volume.box_assumed = !vector(node, "dimensions", box, files::kEdges_m);
     volume.box_m = box;
     boolean(node, "visible", volume.appearance.shown);
     for (const Node& child : children(node)) {
@@ -1321,7 +1317,7 @@ class X3dSceneReader {
     if (applies("leaving")) boolean(node, "leaving", m.leaving);
     if (applies("gain")) number(node, "gain", m.gain);
     if (applies("point_m")) vector(node, "point", m.point_m);
-    if (applies("range_m")) number(node, "range", m.range_m, kRanges_m);
+    if (applies("range_m")) number(node, "range", m.range_m, files::kRanges_m);
     finish(node);
     const bool force = m.kind == "gradient-force" || m.kind == "vector-force";
     if (good() && !force && !(m.strength.highest() > 0.0))

@@ -44,6 +44,8 @@ const char* word(Cause cause) noexcept {
       return "unseen";
     case Cause::kSudden:
       return "sudden";
+    case Cause::kReturn:
+      return "return";
   }
   return "unknown";
 }
@@ -89,6 +91,8 @@ const char* sentence(Cause cause) noexcept {
       return "There is no picture in the headset: the force comes back with it.";
     case Cause::kSudden:
       return "The surface under the hand ended or changed suddenly: the force follows slowly.";
+    case Cause::kReturn:
+      return "After a fast touch the hand gets back only the energy that it put in.";
   }
   return "An unknown cause.";
 }

@@ -27,6 +27,7 @@ enum class Cause : uint8_t {
   kStopped,     ///< a stop was asked for: by a command, a signal, or a crash of another thread
   kUnseen,      ///< no viewer shows the scene: the picture in the headset is gone
   kSudden,      ///< a constraint on the hand ended or changed suddenly: the force follows slowly
+  kReturn,      ///< the hand would get more energy back than it put in: the force comes back slowly
 };
 
 /// One word for logs ("too-fast"), and one sentence for people. Static storage.

@@ -7,12 +7,9 @@
 namespace palpate {
 namespace {
 
-constexpr double kWarm = 0.8;      // of the final heat: from here on the force is lowered
-constexpr double kSpent = 0.5;     // of the budget: from here on the gain falls
-constexpr double kForgiveS = 0.1;  // of what a contact limited
-constexpr double kSteepestReturn = 8.0, kLeastReturn = 0.01;
-constexpr double kLastShare = 0.1;  // of the wanted force: what is owed below it comes back evenly
-constexpr double kWhole = 1.0 - 1e-9;
+constexpr double kWarm = 0.8;          // of the final heat: from here on the force is lowered
+constexpr double kSpent = 0.5;         // of the budget: from here on the gain falls
+constexpr double kForgiveS = 0.1;      // of what a contact owes, from when it is as old as this
 constexpr double kNewContactS = 0.02;  // apart for so long: the next touch is a new contact
 
 }  // namespace
@@ -64,41 +61,36 @@ double FirstContact::slew_n_per_s(double full_n_per_s) const noexcept {
 }
 
 void PassiveReturn::move(double wanted_j, double given_j) noexcept {
-  wanted_j_ += wanted_j;
-  given_j_ += given_j;
+  owed_j_ = std::max(0.0, owed_j_ + wanted_j - given_j);
+  out_j_ = std::max(0.0, -wanted_j);
 }
 
-double PassiveReturn::most_n(double wanted_n) noexcept {
-  const double rise_n = wanted_n - wanted_n_;
-  falls_ = rise_n < 0.0;
+double PassiveReturn::most_n(double spring_n, double wanted_n, double stiffness_n_per_m,
+                             double dt_s) noexcept {
+  // Free, or nothing that stores energy.
+  if (!(wanted_n > 0.0 && stiffness_n_per_m > 0.0)) {
+    *this = PassiveReturn(rate_n_per_s_);
+    return std::numeric_limits<double>::infinity();
+  }
+  // What the spring gives back on the hand's way out of it, with its force limited to wanted_n.
+  const double stored_j =
+      wanted_n * (std::max(spring_n, wanted_n) - 0.5 * wanted_n) / stiffness_n_per_m;
+  owed_j_ = std::min(owed_j_, stored_j);
+  const bool withdraws = out_j_ > 0.0 && wanted_n_ > 0.0;
+  age_s_ += dt_s;
+  if (age_s_ > kForgiveS) owed_j_ *= kForgiveS / (kForgiveS + dt_s);
+  const double target = withdraws ? 1.0 - owed_j_ / stored_j : 1.0;
+  const double felt = std::min(given_, share_);
+  if (target < felt)
+    share_ = std::max(target, felt - stiffness_n_per_m * out_j_ / (wanted_n_ * wanted_n));
+  else
+    share_ = std::min(target, share_ + rate_n_per_s_ * dt_s / wanted_n);
   wanted_n_ = wanted_n;
-  if (!(wanted_n > 0.0)) *this = PassiveReturn{};  // free, or not finite
-  if (!(turn_wanted_n_ > 0.0)) return std::numeric_limits<double>::infinity();
-  if (!falls_) {
-    most_n_ += rise_n;
-    // All is given back: nothing is left of rounding.
-    if (most_n_ >= kWhole * wanted_n) most_n_ = std::numeric_limits<double>::infinity();
-    return most_n_;
-  }
-  double power = 1.0;
-  if (wanted_j_ > 0.0) {
-    const double share = turn_given_n_ / turn_wanted_n_;
-    power = 2.0 * share * wanted_j_ / std::max(given_j_, kLeastReturn * wanted_j_) - 1.0;
-    power = std::clamp(power, 1.0, kSteepestReturn);
-  }
-  most_n_ = turn_given_n_ * std::pow(std::min(1.0, wanted_n / turn_wanted_n_), power);
-  return most_n_;
+  return share_ < 1.0 ? share_ * wanted_n : std::numeric_limits<double>::infinity();
 }
 
-void PassiveReturn::give(double given_n, double dt_s) noexcept {
-  if (falls_) return;
-  turn_wanted_n_ = wanted_n_;
-  turn_given_n_ = std::min(given_n, wanted_n_);
-  const double forgiven = dt_s / (kForgiveS + dt_s);
-  given_j_ += (wanted_j_ - given_j_) * forgiven;
-  // The last tenth comes back evenly: an exponential alone would leave 2 % after 0.4 s.
-  if (most_n_ < wanted_n_)
-    most_n_ += std::max(wanted_n_ - most_n_, kLastShare * wanted_n_) * forgiven;
+void PassiveReturn::give(double given_n) noexcept {
+  given_ = wanted_n_ > 0.0 ? std::min(1.0, given_n / wanted_n_) : 1.0;
 }
 
 }  // namespace palpate

@@ -58,27 +58,36 @@ class FirstContact {
   double age_s_ = 0.0, apart_s_ = 1.0;
 };
 
-/// Limits the energy that a contact gives back. A force that was limited on the hand's way in and
-/// is whole on its way out gives back more than it took, and would keep a bouncing grip bouncing.
-/// So while the force falls from w_t, where s_t of it was given, no more than
-///   s_t (w / w_t)^n,  n + 1 = 2 (s_t / w_t) (wanted's work / given's work), n from 1 to 8,
-/// is given: for a spring that is exactly the work that the hand did. n = 1 and s_t = w_t where
-/// nothing was limited. The limit is lifted over a tenth of a second in which the force does not
-/// fall, gradually and not at once. Values; real-time safe.
+/// Limits the energy that a contact gives back. A force that rises slowly at a first touch takes
+/// less of the hand's energy on the way in than the whole force gives on the way out, and would
+/// keep a bouncing grip bouncing. So what the hand did not put in is owed,
+///   d(owed) = -(wanted - given) . d(hand), from 0 to the energy that the spring can give back,
+/// and while the hand withdraws only the share 1 - owed / that energy is given: the hand gets its
+/// own work, and no more. A wall that moves under a resting hand owes nothing. The share never
+/// jumps: it falls as the hand's own withdrawal unloads the spring and no faster, and rises at
+/// rate_n_per_s, at once where the hand no longer withdraws. What is owed is forgiven from a tenth
+/// of a second after the touch on: no grip bounces so slowly on what a touch holds back. Values;
+/// real-time safe.
 class PassiveReturn {
  public:
-  /// The hand moved: its work against the wanted force and against what was given, J.
+  explicit PassiveReturn(double rate_n_per_s) noexcept : rate_n_per_s_(rate_n_per_s) {}
+  /// The hand moved: its work against the force that was wanted (within the force limit) and
+  /// against the one that was given, J.
   void move(double wanted_j, double given_j) noexcept;
-  /// The most that may be given where wanted_n is wanted; infinite where nothing is limited.
-  double most_n(double wanted_n) noexcept;
-  /// What was given then, for dt_s.
-  void give(double given_n, double dt_s) noexcept;
+  /// The most that may be given now; infinite where nothing is limited. spring_n: the scene's force
+  /// before the force limit, N; wanted_n: the part of it that the limit allows; stiffness_n_per_m:
+  /// of the spring at the hand, 0 if there is none; dt_s: since the last frame.
+  double most_n(double spring_n, double wanted_n, double stiffness_n_per_m, double dt_s) noexcept;
+  /// What was given then, N.
+  void give(double given_n) noexcept;
 
  private:
-  double wanted_j_ = 0.0, given_j_ = 0.0;
-  double wanted_n_ = 0.0, turn_wanted_n_ = 0.0, turn_given_n_ = 0.0;
-  double most_n_ = std::numeric_limits<double>::infinity();  ///< that may be given now
-  bool falls_ = false;
+  double rate_n_per_s_;
+  double owed_j_ = 0.0, age_s_ = 0.0;  ///< of the contact
+  double out_j_ = 0.0;     ///< the spring's work on the hand in the last move; 0: no withdrawal
+  double wanted_n_ = 0.0;  ///< of the last frame
+  double share_ = 1.0;     ///< of the wanted force that may be given
+  double given_ = 1.0;     ///< share that was given in the last frame
 };
 
 }  // namespace palpate

@@ -18,6 +18,12 @@ constexpr double kShortLoss_s = 0.5;  // a device lost for longer may have been 
 
 constexpr double kDoubtful = 0.35;  // a confidence below this has faded the force
 
+// A world that enlarges the hand's movements makes every spring stiffer at the hand by as much.
+double enlargement(const Scene& scene) {
+  const glm::dvec3 scale = scene.world_from_device.scale;
+  return std::max({scale.x, scale.y, scale.z});
+}
+
 }  // namespace
 
 Haptics::Haptics(const HapticsOptions& options, const DeviceInfo& device)
@@ -31,10 +37,7 @@ Haptics::Haptics(const HapticsOptions& options, const DeviceInfo& device)
             options.lead ? DelayLead::kShare : 0.0) {}
 
 double Haptics::stiffness_on_device(const Scene& scene, double wanted_n_per_m) const noexcept {
-  const glm::dvec3 scale = scene.world_from_device.scale;
-  // A world that enlarges the hand's movements makes every spring stiffer at the hand by as much.
-  const double enlarged = std::max({scale.x, scale.y, scale.z});
-  return std::min(wanted_n_per_m, most_stiffness_n_per_m_ / enlarged);
+  return std::min(wanted_n_per_m, most_stiffness_n_per_m_ / enlargement(scene));
 }
 
 std::unique_ptr<HapticRun> Haptics::prepare(std::shared_ptr<const Scene> scene) {
@@ -228,6 +231,7 @@ TickOutput Haptics::tick(const TickInput& input) noexcept {
     out.substeps = uint8_t(std::min(swept.pieces, 255));
     out.primitives = uint8_t(swept.primitives);
     guard.touching = swept.touching;
+    guard.stiffness_n_per_m = run_->stiffness_n_per_m * enlargement(*run_->scene);
     guard.scene = report(out);
     out.scene_energy_j = tank_.last_j();
     out.tank_j = tank_.energy_j();

@@ -15,6 +15,7 @@ constexpr double kJumpS = 1.0;            // longer: the clock was set, this is 
 constexpr double kEnergyShare = 0.1;      // of the slew, kept for the energy gate
 constexpr double kUsualPowerW = 2.0;
 constexpr double kFar = 2.0;         // times the velocity limit: far too fast
+constexpr double kSaidN = 0.005;     // less than this held back is not reported
 constexpr double kHandStepM = 0.02;  // no hand moves further in a frame: 10 m/s for 2 ms
 
 constexpr uint32_t bit(Cause cause) {
@@ -58,6 +59,7 @@ SafetyOptions sensible(SafetyOptions o, const DeviceInfo& device) noexcept {
   o.edge_m = not_negative(o.edge_m, usual.edge_m);
   o.first_contact_n_per_s = above_zero(o.first_contact_n_per_s, usual.first_contact_n_per_s);
   o.first_contact_s = not_negative(o.first_contact_s, usual.first_contact_s);
+  o.return_n_per_s = above_zero(o.return_n_per_s, usual.return_n_per_s);
   o.buzz_n = above_zero(o.buzz_n, usual.buzz_n);
   o.continuous_force_n = above_zero(o.continuous_force_n, device_n / 3.0);
   o.thermal_s = above_zero(o.thermal_s, usual.thermal_s);
@@ -78,6 +80,7 @@ Safety::Safety(const SafetyOptions& options, const DeviceInfo& device) noexcept
       power_(options_.max_power_w, options_.burst_j,
              kEnergyShare * options_.max_slew_n_per_s / options_.max_force_n),
       contact_(options_.first_contact_n_per_s, options_.first_contact_s),
+      return_(options_.return_n_per_s),
       oscillation_(options_.buzz_n) {}
 
 SafetyOutput Safety::step(const SafetyInput& input) noexcept {
@@ -94,7 +97,8 @@ SafetyOutput Safety::step(const SafetyInput& input) noexcept {
   } else {
     slewed_ = glm::dvec3(0.0);
     last_wanted_ = glm::dvec3(0.0);
-    return_ = {};
+    slow_ = Cause::kNone;
+    return_ = PassiveReturn(options_.return_n_per_s);
     force_ = state_ == SafetyState::kFading ? fade_ * fade_from_ : glm::dvec3(0.0);
   }
 
@@ -262,14 +266,22 @@ glm::dvec3 Safety::limited(const SafetyInput& input, double dt_s) noexcept {
   // Return, first contact and slew.
   const double full = (1.0 - kEnergyShare) * options_.max_slew_n_per_s;
   const double rising = contact_.slew_n_per_s(full);
-  const glm::dvec3 aim = shortened(force, return_.most_n(length_of(wanted)));
+  const double allowed_n = length_of(force);
+  const double returned_n =
+      return_.most_n(length_of(wanted), allowed_n, input.stiffness_n_per_m, dt_s);
+  const glm::dvec3 aim = shortened(force, returned_n);
   const bool rises = length_of(aim) > length_of(slewed_);
   const glm::dvec3 change = aim - slewed_;
-  if (rises && rising < full && length_of(change) > rising * dt_s && limit_ == Cause::kNone)
-    limit_ = Cause::kFirstContact;
+  const Cause slow = rises && rising < full && length_of(change) > rising * dt_s
+                         ? Cause::kFirstContact
+                     : returned_n < allowed_n - kSaidN ? Cause::kReturn
+                                                       : Cause::kNone;
+  // The frame in which the force catches up has the same cause.
+  if (limit_ == Cause::kNone) limit_ = slow == Cause::kNone && rises ? slow_ : slow;
+  slow_ = slow;
   slewed_ += shortened(change, (rises ? rising : full) * dt_s);
-  return_.give(length_of(slewed_), dt_s);
-  last_wanted_ = wanted;
+  return_.give(length_of(slewed_));
+  last_wanted_ = force;
   // Power.
   if (power_.gain() < 1.0 && limit_ == Cause::kNone) limit_ = Cause::kEnergy;
   return power_.gain() * slewed_;

@@ -27,6 +27,7 @@ struct SafetyOptions {
   double edge_m = 0.004;                 ///< the force fades over this at the end of the workspace
   double first_contact_n_per_s = 200.0;  ///< slew while a contact is younger than first_contact_s
   double first_contact_s = 0.010;        ///< 0: no such guard
+  double return_n_per_s = 50.0;          ///< at which the limit on returned energy acts
   double buzz_n = 0.3;                   ///< oscillation guard: rms of the force from 20 to 300 Hz
   /// thermal model: what the motors can hold for ever; 0: a third of the device's most
   double continuous_force_n = 0.0;
@@ -46,12 +47,13 @@ struct SafetyInput {
   glm::dvec3 wanted_n{0.0};  ///< the scene's force
   DeviceReading reading;
   glm::dvec3 velocity_m_per_s{0.0};
-  double dt_s = 1e-3;          ///< since the last frame, as measured
-  bool late = false;           ///< the loop missed its deadline by too much
-  bool stop = false;           ///< go to zero and stay there
-  bool rearm = false;          ///< after kStopped or kOscillation: a person says go on
-  bool touching = false;       ///< some primitive holds the proxy
-  Cause scene = Cause::kNone;  ///< what the scene has faded already: reported, not acted on
+  double dt_s = 1e-3;              ///< since the last frame, as measured
+  bool late = false;               ///< the loop missed its deadline by too much
+  bool stop = false;               ///< go to zero and stay there
+  bool rearm = false;              ///< after kStopped or kOscillation: a person says go on
+  bool touching = false;           ///< some primitive holds the proxy
+  double stiffness_n_per_m = 0.0;  ///< of the spring that gives wanted_n; 0: not a spring's force
+  Cause scene = Cause::kNone;      ///< what the scene has faded already: reported, not acted on
 };
 
 enum class SafetyState : uint8_t {
@@ -123,13 +125,14 @@ class Safety {
   SafetyState state_ = SafetyState::kWaiting;
   Cause latched_ = Cause::kStarting;
   Cause limit_ = Cause::kNone;  // the strongest limit at work in this frame
+  Cause slow_ = Cause::kNone;   // why the last frame's force rose slowly
   uint32_t needs_person_ = 0;   // off-causes that stay until rearmed
   double ramp_ = 0.0;           // share of the start ramp that is done
   double fade_ = 0.0;           // share of the off ramp that is left
   int free_frames_ = 0;
   double fast_s_ = 0.0, stale_s_ = 0.0;
   glm::dvec3 fade_from_{0.0}, slewed_{0.0}, force_{0.0};
-  glm::dvec3 last_wanted_{0.0};  // before magnitude and slew
+  glm::dvec3 last_wanted_{0.0};  // behind magnitude, before slew
   glm::dvec3 last_position_{0.0};
   bool has_position_ = false;
 };

@@ -71,6 +71,14 @@ TEST(FeelCounter, CountsWhatTheTicksSay) {
   EXPECT_DOUBLE_EQ(numbers.mean_force_n, 0.35);
   EXPECT_DOUBLE_EQ(numbers.most_force_n, 0.5);
   EXPECT_DOUBLE_EQ(numbers.steepest_n_per_ms, 0.5);
+  EXPECT_EQ(numbers.late_ticks, 0U);
+  TickRow later = row_at(3, 1.4);
+  later.dt_s = 4e-3;
+  counter.add(later);
+  EXPECT_DOUBLE_EQ(counter.numbers().steepest_n_per_ms, 0.5);
+  EXPECT_EQ(counter.numbers().late_ticks, 1U);
+  EXPECT_DOUBLE_EQ(counter.numbers().latest_s, 4e-3);
+  EXPECT_DOUBLE_EQ(counter.numbers().late_change_n, 1.2);
   EXPECT_DOUBLE_EQ(numbers.deepest_m, 0.002);
   ASSERT_EQ(numbers.causes.size(), 1U);
   EXPECT_EQ(numbers.causes[0].cause, Cause::kLate);

@@ -311,16 +311,34 @@ TEST(ForceLimits, ReturnOwnsWhatAYoungContactHeldBack) {
   GuardedHand hand;
   hand.start();
   hand.input.touching = true;
-  hand.input.wanted_n = {3.0, 0.0, 0.0};
-  hand.steps(5);
-  // Of 3 N, limited because the contact is new.
-  ASSERT_NEAR(hand.newton(), 1.0, kRounding_n);
-  // The hand goes out again. The slew limit alone would still let the force rise.
-  for (int ms = 1; ms <= 5; ++ms) {
-    hand.input.wanted_n.x = 3.0 - 0.2 * ms;
+  hand.input.stiffness_n_per_m = kStiffness;
+  const auto move = [&hand](double step_m) {
+    hand.input.reading.position_m.x -= step_m;
+    hand.input.wanted_n.x += kStiffness * step_m;
     hand.step();
-    EXPECT_NEAR(hand.newton(), hand.input.wanted_n.x / 3.0, kRounding_n) << ms;
+  };
+  // 5 mm in, to 3 N, of which 2 N come in time because the contact is new.
+  constexpr double kIn_m = 0.5e-3, kOut_m = 0.1e-3;
+  double put_in_j = 0.0, returned_j = 0.0;
+  for (int ms = 1; ms <= 10; ++ms) {
+    put_in_j += hand.newton() * kIn_m;
+    move(kIn_m);
   }
+  ASSERT_NEAR(hand.newton(), 2.0, kRounding_n);
+  ASSERT_EQ(hand.out.cause, Cause::kFirstContact);
+  // Out again. The slew alone would let the force rise to the spring's, which returns 7.5 mJ.
+  for (int ms = 1; ms <= 50; ++ms) {
+    returned_j += hand.newton() * kOut_m;
+    move(-kOut_m);
+    // At the end nothing is owed any more.
+    if (ms > 45) continue;
+    EXPECT_LT(hand.newton(), 0.8 * hand.input.wanted_n.x) << ms;
+    EXPECT_EQ(hand.out.cause, Cause::kReturn) << ms;
+  }
+  // What sampling makes is not owed: the force is constant while the hand moves on.
+  const double sampled_j = 0.5 * kStiffness * (10 * kIn_m * kIn_m + 50 * kOut_m * kOut_m);
+  EXPECT_LE(returned_j, put_in_j + sampled_j);
+  EXPECT_GT(returned_j, 0.9 * put_in_j);
 }
 
 TEST(ForceLimits, BuzzOwnsAForceThatHums) {

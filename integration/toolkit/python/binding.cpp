@@ -560,8 +560,8 @@ class PythonSession {
     if (!words.of("iso_value").is_none()) info.iso_value = &iso_value;
     info.strength_n = words.number("strength_n");
     // None is the default friction, and 0 none at all.
-    if (!words.of("friction").is_none())
-      info.friction = words.number("friction") > 0.0 ? words.number("friction") : -1.0;
+    const double friction = words.number("friction");
+    info.friction = friction == 0.0 && !words.of("friction").is_none() ? -1.0 : friction;
     info.frames_per_second = words.number("frames_per_second");
     info.fields = words.text("fields");
     info.wall = words.text("wall");

@@ -528,8 +528,8 @@ class Session:
         loose, firm, none; lets_go_s: when the hand lets go, s); "igtl://HOST:PORT", a tracked tool (tool: the device name of its transforms).
         None: Python calls tick(), with a device of the workspace radius workspace_radius_m (m) and the largest force device_force_n (N).
     dead_man: there is force only while a button of the device is held. real_time=False: no real-time priority is requested.
-    watchdog_s: if ticks are further apart than this, the force is ramped to zero, s.
-    max_force_n, stiffness_n_per_m: N, N/m; 0: the scene's.
+    watchdog_s: if ticks are further apart than this, the force is ramped to zero, 0.001 to 1 s; None: 0.005, for "simulated" and a tool 0.05.
+    max_force_n, stiffness_n_per_m: 0.01 to 100 N, 1 to 1e5 N/m; 0: the scene's.
     serve: the port at which OpenIGTLink clients get what is felt; 0: none. record: a file for replay(); csv: a table of all ticks; black_box:
         a folder for the ticks around a fault.
     preset: for the estimation of missing motion, which runs meanwhile unless estimate=False. follow: every frame of a live source is
@@ -546,6 +546,13 @@ class Session:
                  lets_go_s=None, tool=None, dead_man=False, real_time=True, watchdog_s=None, max_force_n=0.0, stiffness_n_per_m=0.0,
                  workspace_radius_m=0.1, device_force_n=8.0, serve=0, record=None, csv=None, black_box=None, preset=None, follow=False,
                  gpu=None, estimate=True, forget_motion=False):
+        # In the C interface 0 is the default; here that is None.
+        for name, given in (("strength_n", strength_n), ("width", width), ("frames_per_second", frames_per_second), ("scale", scale),
+                            ("lets_go_s", lets_go_s), ("watchdog_s", watchdog_s)):
+            if given is not None and given == 0:
+                raise ValueError(f"{name} is 0: give a number above it, or leave it out for what palpate chooses")
+        if friction is not None and friction < 0:
+            raise ValueError(f"friction is {friction}, but a number not below 0 is expected")
         paths = _paths(scene)
         arrays = grid = None
         if frames is not None:
@@ -659,7 +666,7 @@ class Session:
         return self._session.place(operator.index(volume), [float(number) for number in matrix[:3].reshape(-1)])
 
     def set_mode(self, index, on=True, gain=1.0):
-        """Switches mode `index` of the scene on or off and sets a factor on its strengths, by a ramp. False, and nothing is changed, while
+        """Switches mode `index` of the scene on or off and sets a factor on its strengths (0 to 100), by a ramp. False, and nothing is changed, while
         too many changes wait for the next tick: call it again."""
         return self._session.set_mode(operator.index(index), bool(on), _number(gain, "gain"))
 
