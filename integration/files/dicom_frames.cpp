@@ -37,6 +37,7 @@ class DicomFrames : public FrameSource {
       const Status got = pixels_.read(slice, volume.values.data() + s * slice_samples);
       if (!got) return got.error();
     }
+    replace_nan(volume);
     const Status finite = check_finite(name_, k, grid, volume.values.data(), 1);
     if (!finite) return finite.error();
     return volume;

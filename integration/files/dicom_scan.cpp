@@ -301,6 +301,7 @@ Status add_slices(const std::string& file, const DicomElements& elements,
                           .number(tags::kIntercept)
                           .value_or(0.0);
     slice.kind = kind_of(frame);
+    for (std::string& text : slice.kind) text = without_identity(text, elements);
     slice.acquisition_time_s.reset();
     find_time(elements, frame, slice);
     if (!is_mosaic(elements)) {

@@ -364,11 +364,11 @@ enum {
 typedef struct PalSceneInfo {
   uint32_t size;  /* sizeof(PalSceneInfo) */
   uint32_t flags; /* PAL_SCENE_... */
-  /* A scene file (.json, .x3d), a folder, a 4D file, files of frames in order, the name of a
-     PalFrames, "heart", "shell", "molecule", or "igtl://HOST:PORT": the images of an OpenIGTLink
-     server ("igtl://HOST:PORT?crc=none": also messages without a CRC). For a server the call waits
-     for the first image; each session that is opened makes a connection of its own and follows the
-     images that arrive. */
+  /* A scene file (.json, .x3d), a folder ("FOLDER#4": its DICOM series 4, by number or name), a 4D
+     file, files of frames in order, the name of a PalFrames, "heart", "shell", "molecule", or
+     "igtl://HOST:PORT": the images of an OpenIGTLink server ("igtl://HOST:PORT?crc=none": also
+     messages without a CRC). For a server the call waits for the first image; each session that is
+     opened makes a connection of its own and follows the images that arrive. */
   const char* const* paths;
   uint32_t path_count;
   const char* json; /* instead of paths: a scene in the format of docs/scene-file.md */

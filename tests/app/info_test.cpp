@@ -166,6 +166,52 @@ TEST(Info, OfDicomSlicesAndNiftiFiles) {
   EXPECT_EQ(field["kind"], "vectors");
 }
 
+TEST(Info, OfAStudyListsItsSeriesAndEveryCommandChoosesOne) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "study");
+  const Sequence heart = small_heart(2);
+  int count = 0;
+  // Two cines of the same places and frames.
+  for (int series = 1; series <= 2; ++series)
+    for (int t = 0; t < 2; ++t)
+      for (int k = 0; k < heart.frames[0].grid.size.z; ++k) {
+        files::DicomFile file;
+        file.grid = heart.frames[0].grid;
+        file.slice = k;
+        file.series = "1.2.3." + std::to_string(series);
+        file.series_number = series;
+        file.more[0x0008103e] = series == 1 ? "LOrest" : "LOstress";
+        file.more[0x00181060] = "DS" + std::to_string(40 * t);
+        const auto& values = heart.frames[size_t(t)].values;
+        const size_t n = size_t(file.grid.size.x) * size_t(file.grid.size.y);
+        for (size_t v = 0; v < n; ++v) file.stored.push_back(int(values[size_t(k) * n + v]));
+        files::write_dicom(folder / ("study/" + std::to_string(count++)), file);
+      }
+  const std::string study = folder / "study";
+  const auto all = info(study);
+  EXPECT_EQ(all["kind"], "study");
+  EXPECT_THAT(all["more"].dump(),
+              AllOf(HasSubstr("1 'rest': 2 frames of"), HasSubstr("2 'stress': 2 frames of")));
+  const Outcome one = run({"info", study, "--series", "stress"});
+  EXPECT_THAT(one.out, AllOf(HasSubstr("a sequence of 2 frames"),
+                             HasSubstr("Order     by trigger time (0018,1060)")));
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"motion", "-o", folder / "u", "--preset", "fast", "--levels", "1",
+                                 "--iterations", "1", "--no-verdict"},
+        {"plan"},
+        {"view", "--picture", folder / "view.png"}}) {
+    std::vector<std::string> words = command;
+    words.insert(words.begin() + 1, study);
+    const Outcome refused = run(words);
+    EXPECT_EQ(refused.exit_code, 2) << command[0];
+    EXPECT_THAT(refused.err, HasSubstr("holds 2 sequences"));
+    words.insert(words.end(), {"--series", "2"});
+    EXPECT_EQ(run(words).exit_code, 0) << command[0];
+  }
+  const Outcome file = run({"info", study + "/0", "--series", "2"});
+  EXPECT_THAT(file.err, HasSubstr("name the folder"));
+}
+
 TEST(Info, SaysWhetherSeveralAreOnOneGrid) {
   NEEDS_SHARED("lung/pair_fixed.mha");
   const Outcome same =
