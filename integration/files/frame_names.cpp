@@ -108,14 +108,14 @@ NumberedName numbered(const fs::path& file) {
   return name;
 }
 
-using Names = std::vector<NumberedName>;
+using NumberedNames = std::vector<NumberedName>;
 
 std::string quoted(const fs::path& file) {
   return fmt::format("'{}'", file.filename().string());
 }
 
 /// A hyphen that stands before the same number of all names is no sign, unless it stands apart.
-void drop_hyphens(Names& names, size_t n) {
+void drop_hyphens(NumberedNames& names, size_t n) {
   const bool all = std::all_of(names.begin(), names.end(), [&](const NumberedName& name) {
     return name.numbers[n].sign != 0 && !name.numbers[n].is_apart;
   });
@@ -124,7 +124,7 @@ void drop_hyphens(Names& names, size_t n) {
 }
 
 /// The numbers in which names of one pattern differ.
-std::vector<size_t> differing(const Names& names) {
+std::vector<size_t> differing(const NumberedNames& names) {
   std::vector<size_t> found;
   for (size_t n = 0; n < names.front().numbers.size(); ++n)
     if (std::any_of(names.begin(), names.end(), [&](const NumberedName& name) {
@@ -143,7 +143,7 @@ std::strong_ordering compare(const NumberedName& a, const NumberedName& b,
   return std::strong_ordering::equal;
 }
 
-Names sorted(Names names, const std::vector<size_t>& by, Reading reading) {
+NumberedNames sorted(NumberedNames names, const std::vector<size_t>& by, Reading reading) {
   std::stable_sort(names.begin(), names.end(), [&](const NumberedName& a, const NumberedName& b) {
     return compare(a, b, by, reading) < 0;
   });
@@ -151,7 +151,7 @@ Names sorted(Names names, const std::vector<size_t>& by, Reading reading) {
 }
 
 /// Whole numbers that rise by the same step, but for gaps: the first name after a gap.
-std::optional<size_t> gap_in(const Names& names, size_t n) {
+std::optional<size_t> gap_in(const NumberedNames& names, size_t n) {
   constexpr size_t kMostDigits = 15;  // of a whole number in a double
   std::vector<double> values;
   for (const NumberedName& name : names) {
@@ -170,7 +170,7 @@ std::optional<size_t> gap_in(const Names& names, size_t n) {
 }
 
 /// Orders names of one pattern.
-Result<NamedFrames> ordered(const fs::path& folder, Names names) {
+Result<NamedFrames> ordered(const fs::path& folder, NumberedNames names) {
   for (size_t n = 0; n < names.front().numbers.size(); ++n) drop_hyphens(names, n);
   const std::vector<size_t> by = differing(names);
   names = sorted(std::move(names), by, Reading::kDecimal);
@@ -179,7 +179,7 @@ Result<NamedFrames> ordered(const fs::path& folder, Names names) {
                        [&](size_t n) { return !name.numbers[n].fraction.empty(); });
   });
   if (all_have_points) {
-    const Names counted = sorted(names, by, Reading::kCount);
+    const NumberedNames counted = sorted(names, by, Reading::kCount);
     for (size_t k = 0; k < names.size(); ++k)
       if (counted[k].file != names[k].file)
         return bad_input(folder,
@@ -225,7 +225,7 @@ bool is_in_order_of_letters(const std::vector<fs::path>& files) {
 
 Result<NamedFrames> frames_by_name(const fs::path& folder, const std::vector<fs::path>& images) {
   std::map<std::string, fs::path> stems;
-  std::map<std::string, Names> patterns;
+  std::map<std::string, NumberedNames> patterns;
   for (const fs::path& image : images) {
     const auto [same, is_new] = stems.emplace(lowered(stem_of(image)), image);
     if (!is_new)
@@ -234,12 +234,12 @@ Result<NamedFrames> frames_by_name(const fs::path& folder, const std::vector<fs:
     NumberedName name = numbered(image);
     patterns[name.pattern].push_back(std::move(name));
   }
-  std::vector<const Names*> sequences;
+  std::vector<const NumberedNames*> sequences;
   for (const auto& [pattern, names] : patterns)
     if (names.size() > 1) sequences.push_back(&names);
   if (sequences.size() > 1) {
     std::vector<std::string> choices;
-    for (const Names* names : sequences)
+    for (const NumberedNames* names : sequences)
       choices.push_back(fmt::format("'{}' ({} files)", names->front().pattern, names->size()));
     return bad_input(folder,
                      "holds {} sequences by the names of its files, {}: name the files of one",
@@ -272,7 +272,7 @@ Result<NamedFrames> frames_by_name(const fs::path& folder, const std::vector<fs:
 
 Status check_listed_order(const std::vector<fs::path>& files) {
   if (files.size() < 3 || !is_in_order_of_letters(files)) return Nothing{};
-  Names names;
+  NumberedNames names;
   for (const fs::path& file : files) {
     names.push_back(numbered(file));
     if (names.back().pattern != names.front().pattern ||

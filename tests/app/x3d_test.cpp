@@ -1,8 +1,10 @@
 // X3D scenes through the program: plan, feel, view, info, convert.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <glm/gtc/quaternion.hpp>
 #include <sstream>
 
 #include "tests/app/program.h"
@@ -74,6 +76,40 @@ TEST(X3d, LetsASequenceBeatAndMoveAndFindsItsSurface) {
   const Outcome felt = run({"feel", scene, "--device", "simulated", "--seconds", "1", "--headset",
                             "off", "--no-motion"});
   EXPECT_EQ(felt.exit_code, 0) << felt.err;
+}
+
+TEST(X3d, TakesAnObliqueVolumeWithoutDimensionsOrWithThreeDigits) {
+  const TemporaryFolder folder;
+  // As an MR of the heart: turned about all axes, slices thicker than voxels are wide.
+  Sequence heart = small_heart(1);
+  Grid& grid = heart.frames[0].grid;
+  grid.spacing_mm.z = 3.1;
+  grid.direction = glm::mat3_cast(glm::angleAxis(0.7, glm::normalize(glm::dvec3(1, 2, 3))));
+  written(heart.frames[0], folder / "heart.mha");
+  const auto scene = [&](const std::string& fields) {
+    const std::string file = folder / "heart.x3d";
+    std::ofstream(file) << "<X3D><Scene><VolumeData DEF='heart' " << fields
+                        << "><ImageTexture3D url='heart.mha'/></VolumeData></Scene></X3D>";
+    return file;
+  };
+  const glm::dvec3 size = grid.spacing_mm * glm::dvec3(grid.size) / 1000.0;
+  const Outcome none = run({"plan", scene("")});
+  EXPECT_EQ(none.exit_code, 0) << none.err;
+  EXPECT_THAT(none.out, AllOf(HasSubstr("heart lies obliquely and keeps its proportions"),
+                              HasSubstr("the scene gives no dimensions")));
+  // What is assumed for X3D is written out for JSON.
+  const Outcome converted = run({"convert", scene(""), folder / "heart.json"});
+  EXPECT_EQ(converted.exit_code, 0) << converted.err;
+  const Outcome again = run({"plan", folder / "heart.json"});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.out, Not(HasSubstr("obliquely")));
+  const Outcome digits = run(
+      {"plan", scene(fmt::format("dimensions='{:.3f} {:.3f} {:.3f}'", size.x, size.y, size.z))});
+  EXPECT_EQ(digits.exit_code, 0) << digits.err;
+  const Outcome cube = run({"plan", scene("dimensions='0.1 0.1 0.1'")});
+  EXPECT_EQ(cube.exit_code, 2);
+  EXPECT_THAT(cube.err,
+              HasSubstr(fmt::format("for example {:.4g} {:.4g} {:.4g}", size.x, size.y, size.z)));
 }
 
 TEST(X3d, IsConvertedToJsonAndBack) {
