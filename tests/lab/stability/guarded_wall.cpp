@@ -85,8 +85,8 @@ double GuardedWall::push_n(double x_m, double dt_s) noexcept {
   input_.reading.fresh = true;
   const TickOutput out = haptics_.tick(input_);
   // The slow rise at a first contact, and what follows from it, is no fault.
-  heard_ |= out.cause != Cause::kNone && out.cause != Cause::kFirstContact &&
-            out.cause != Cause::kReturn;
+  heard_ |=
+      out.cause != Cause::kNone && out.cause != Cause::kFirstContact && out.cause != Cause::kReturn;
   return out.command.force_n.x;
 }
 
