@@ -1,11 +1,14 @@
 #include "integration/files/dicom_scan.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 #include <tuple>
 
 #include "integration/files/dicom_elements.h"
@@ -356,6 +359,7 @@ Result<DicomScan> scan_dicom(const std::filesystem::path& input) {
   DicomScan scan;
   std::vector<LeftOut> left_out;
   std::map<std::string, std::string> file_of;  // of each instance, where it was seen first
+  std::set<std::string> other_modalities;
   size_t copies = 0;
   for (const std::string& name : files) {
     const auto file = MappedFile::open(name);
@@ -363,7 +367,10 @@ Result<DicomScan> scan_dicom(const std::filesystem::path& input) {
     const auto elements = parse_dicom(name, file->bytes());
     if (!elements) return elements.error();
     // Structured reports and the like have no rows; they are not part of the image.
-    if (elements->values.count(tags::kRows) == 0) continue;
+    if (elements->values.count(tags::kRows) == 0) {
+      other_modalities.insert(elements->text(tags::kModality));
+      continue;
+    }
     if (!elements->has_pixels)
       return bad_input(name, "has no pixels: the file is cut short, export it again");
     // The same image exported twice is one image; some programs give one name to all, though.
@@ -381,6 +388,14 @@ Result<DicomScan> scan_dicom(const std::filesystem::path& input) {
     }
   }
   if (scan.slices.empty() && !left_out.empty()) return left_out.front().why;
+  if (scan.slices.empty()) {
+    other_modalities.erase("");
+    return bad_input(input, "is DICOM but {} no image{}: name the folder of the images",
+                     is_folder ? "holds" : "is",
+                     other_modalities.empty()
+                         ? ""
+                         : fmt::format(" (modality {})", fmt::join(other_modalities, ", ")));
+  }
   if (!left_out.empty()) scan.notes.push_back(left_out_note(left_out));
   if (copies > 0) {
     scan.notes.push_back(
