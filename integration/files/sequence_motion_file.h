@@ -21,6 +21,11 @@ namespace palpate::files {
 ///   SequenceMotion.FrameTimes_s:=0 0.05 ...  rising, the first 0
 ///   SequenceMotion.Cycle_s:=1               above the last time; 0: not cyclic
 ///   SequenceMotion.Harmonics:=5             0: u at the frames, smooth curves between them
+///   SequenceMotion.Clock:=frames            TimeBasis says how u follows from the terms
+///   SequenceMotion.RepeatsFirst:=0          1: the last frame is the first once more
+///
+/// The last two may be missing, as in files of earlier versions, whose harmonics are in time and
+/// not in frames: such a file is refused if its frames are not at even times.
 ///
 /// Whatever reads NRRD reads it; the same layout without the keys is 3D Slicer's of a sequence of
 /// displacement fields.

@@ -40,6 +40,7 @@ void expect_same_bits(const SequenceMotion& a, const SequenceMotion& b) {
   EXPECT_EQ(a.basis.times_s, b.basis.times_s);
   EXPECT_EQ(a.basis.cycle_s, b.basis.cycle_s);
   EXPECT_EQ(a.basis.harmonics, b.basis.harmonics);
+  EXPECT_EQ(a.basis.repeats_first, b.basis.repeats_first);
   ASSERT_EQ(a.terms.size(), b.terms.size());
   for (size_t n = 0; n < a.terms.size(); ++n) {
     EXPECT_TRUE(same_geometry(a.terms[n].grid, b.terms[n].grid));
@@ -58,6 +59,7 @@ TEST(SequenceMotionFile, ComesBackBitByBit) {
     for (const bool mirrored : {false, true}) {
       SequenceMotion motion = some_motion(harmonics, mirrored);
       if (harmonics == 0) motion.basis.cycle_s = 0.0;
+      motion.basis.repeats_first = harmonics > 0;
       const auto path = folder / "m.nrrd";
       const Status written = write_sequence_motion(motion, path);
       ASSERT_TRUE(written) << written.error().message;
@@ -81,7 +83,8 @@ TEST(SequenceMotionFile, LiesAsDocumented) {
         "kinds: vector domain domain domain list\n", "encoding: raw\n",
         "space: left-posterior-superior\n", "SequenceMotion.Version:=1\n",
         "SequenceMotion.ReferenceFrame:=2\n", "SequenceMotion.Harmonics:=1\n",
-        "SequenceMotion.FrameTimes_s:=0 0.1 0.30000000000000004 0.7\n"})
+        "SequenceMotion.FrameTimes_s:=0 0.1 0.30000000000000004 0.7\n",
+        "SequenceMotion.Clock:=frames\n", "SequenceMotion.RepeatsFirst:=0\n"})
     EXPECT_THAT(header, HasSubstr(line));
   ASSERT_EQ(bytes.size() - end, 3U * 3 * 60 * sizeof(float));
   // Component fastest, then x, y, z, then the term.
@@ -117,6 +120,8 @@ TEST(SequenceMotionFile, RefusesWhatIsDamaged) {
   expect_refused("Harmonics:=1", "Harmonics:=2", "terms");
   expect_refused("Harmonics:=1", "Harmonics:=99", "harmonics");
   expect_refused("Version:=1", "Version:=2", "version 2");
+  expect_refused("Clock:=frames", "Clock:=time", "uneven times");
+  expect_refused("SequenceMotion.Clock:=frames\n", "", "uneven times");
   expect_refused("sizes: 3 5 4 3 3", "sizes: 3 5 4 9 3", "too short");
   expect_refused("sizes: 3 5 4 3 3", "sizes: 3 99999 99999 9 3", "too short");
   expect_refused("sizes: 3 5 4 3 3", "sizes: 2 5 4 3 3", "axes");
