@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "compute/volume/sequence_motion.h"
@@ -178,10 +179,13 @@ TEST(PathInTime, HasAClockThatRisesAndIsNeverFarFromTheShareOfTheStep) {
 TEST(PathInTime, AtEvenTimesIsCatmullAndRomsCurve) {
   test::Random random(8);
   SequenceMotion motion = at_even_times(random_path(random, 6, true, 0));
-  // Steps that differ less than sixfold: no slope is limited.
-  for (size_t k = 0; k < 6; ++k)
-    for (glm::vec3& u : motion.terms[k].u_mm)
-      u = glm::vec3(random.draw(0.4, 2.0) * double(k < 4 ? 1 : -1), k % 2 == 0 ? 1.0 : -1.0, 0.0);
+  // The steps are alike in length, so no slope is limited.
+  const std::array<double, 6> places = {0.0, 1.2, 2.5, 1.1, 2.2, 1.0};
+  const size_t samples = motion.terms.front().u_mm.size();
+  for (size_t s = 0; s < samples; ++s) {
+    const double way = random.draw(-2.0, 2.0);
+    for (size_t k = 0; k < 6; ++k) motion.terms[k].u_mm[s].y = float(way * places[k]);
+  }
   for (const bool cyclic : {true, false}) {
     motion.basis.cycle_s = cyclic ? 6.0 : 0.0;
     for (int step = cyclic ? 0 : 1; step < (cyclic ? 6 : 4); ++step)
