@@ -47,7 +47,8 @@ install(FILES ${PROJECT_BINARY_DIR}/palpate.pc DESTINATION ${CMAKE_INSTALL_LIBDI
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/compute/volume DESTINATION ${palpate_header_dir}/compute
         COMPONENT palpate_development FILES_MATCHING PATTERN "*.h")
-install(FILES ${PROJECT_SOURCE_DIR}/compute/motion/noise.h
+install(FILES ${PROJECT_SOURCE_DIR}/compute/motion/frame_order.h
+              ${PROJECT_SOURCE_DIR}/compute/motion/noise.h
               ${PROJECT_SOURCE_DIR}/compute/motion/quality.h
               ${PROJECT_SOURCE_DIR}/compute/motion/quality_folds.h
               ${PROJECT_SOURCE_DIR}/compute/motion/quality_inverse.h

@@ -87,7 +87,8 @@ void solve_in_place(std::vector<double> a, std::vector<double>& b, size_t n, siz
 std::vector<Field> smoothed(std::span<const Field> at_frame, const TimeBasis& basis) {
   const std::vector<Field> terms = harmonics_of(at_frame, basis);
   std::vector<Field> result;
-  for (const double time_s : basis.times_s) result.push_back(combined(terms, basis.at(time_s)));
+  for (size_t k = 0; k < at_frame.size(); ++k)
+    result.push_back(combined(terms, basis.at(int(k), 0.0)));
   return result;
 }
 
@@ -177,60 +178,14 @@ std::string equal_frames(size_t a, size_t b) {
          " are equal: nothing moves between them.";
 }
 
-/// (B^T B)^-1 of a fit of harmonics at the frames' times.
-class FitVariance {
- public:
-  explicit FitVariance(const TimeBasis& basis) : basis_(basis), inverse_(square()) {
-    const size_t terms = basis.terms();
-    std::vector<double> normal(square(), 0.0);
-    for (const double time_s : basis.times_s) {
-      const TimeWeights w = basis.at(time_s);
-      for (size_t r = 0; r < terms; ++r)
-        for (size_t c = 0; c < terms; ++c)
-          normal[r * terms + c] += double(w.weight[r]) * double(w.weight[c]);
-    }
-    for (size_t r = 0; r < terms; ++r) inverse_[r * terms + r] = 1.0;
-    solve_in_place(std::move(normal), inverse_, terms, terms);
-  }
-
-  /// Variance of the fit at a time, in units of a frame's variance; at a frame's time this is the
-  /// frame's own weight in the fit. Not finite or negative if there are too few different times.
-  double at(double time_s) const {
-    const size_t terms = basis_.terms();
-    const TimeWeights w = basis_.at(time_s);
-    double variance = 0.0;
-    for (size_t r = 0; r < terms; ++r)
-      for (size_t c = 0; c < terms; ++c)
-        variance += double(w.weight[r]) * inverse_[r * terms + c] * double(w.weight[c]);
-    return variance;
-  }
-
-  /// True if at no time of the cycle the variance is larger than a frame's: a gap between frames is
-  /// then not filled by extrapolation.
-  bool is_sound() const {
-    const int phases = 8 * int(basis_.times_s.size());
-    for (int p = 0; p < phases; ++p) {
-      const double variance = at(basis_.cycle_s * p / phases);
-      if (!(variance >= 0.0 && variance <= 1.0)) return false;
-    }
-    return true;
-  }
-
- private:
-  size_t square() const { return basis_.terms() * basis_.terms(); }
-  const TimeBasis& basis_;
-  std::vector<double> inverse_;
-};
-
 /// How far a fit to all other frames is from each frame's field, rms, weighted by confidence, mm.
-double left_out_mm(std::span<const Field> at_frame, std::span<const Field> fit,
-                   const FitVariance& variance, const TimeBasis& basis,
+double left_out_mm(std::span<const Field> at_frame, std::span<const Field> fit, size_t terms,
                    std::span<const Confidence> confidence) {
   double sum = 0.0, all = 0.0;
+  // The fit is linear: a fit without frame k would miss it by its residual / (1 - its own weight).
+  // On the clock all frames are equally far apart, so all have the same weight.
+  const double others = std::max(1e-3, 1.0 - double(terms) / double(at_frame.size()));
   for (size_t k = 0; k < at_frame.size(); ++k) {
-    // The fit is linear: a fit without frame k would miss it by its residual / (1 - its own
-    // weight).
-    const double others = std::max(1e-3, 1.0 - variance.at(basis.times_s[k]));
     for (size_t n = 0; n < fit[k].u_mm.size(); ++n) {
       const double w = confidence[k].values[n];
       const double d = glm::distance(fit[k].u_mm[n], at_frame[k].u_mm[n]) / others;
@@ -255,10 +210,8 @@ Status choose_harmonics(SequenceMotion& motion, const Volume& reference, const F
   for (int h = 1; h <= most; ++h) {
     TimeBasis basis = motion.basis;
     basis.harmonics = h;
-    const FitVariance variance(basis);
-    if (!variance.is_sound()) break;
     fields.push_back(smoothed(at_frame, basis));
-    left_out.push_back(left_out_mm(at_frame, fields.back(), variance, basis, report.confidence));
+    left_out.push_back(left_out_mm(at_frame, fields.back(), basis.terms(), report.confidence));
     bases.push_back(std::move(basis));
   }
   const Steadiness of_values(reference);
@@ -337,7 +290,7 @@ std::vector<Field> harmonics_of(std::span<const Field> at_frame, const TimeBasis
   // Normal equations (B^T B) C = B^T U; the same matrix for all samples, so C = M U with M once.
   std::vector<double> square(terms * terms, 0.0), fit(terms * frames);
   for (size_t k = 0; k < frames; ++k) {
-    const TimeWeights weights = basis.at(basis.times_s[k]);
+    const TimeWeights weights = basis.at(int(k), 0.0);
     for (size_t r = 0; r < terms; ++r) {
       fit[r * frames + k] = weights.weight[r];
       for (size_t c = 0; c < terms; ++c)
@@ -505,6 +458,7 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
   if (cyclic && repeats_first) {
     const double end_s = motion.basis.times_s.back();
     motion.basis.cycle_s = end_s + kRepeatedEnd * (motion.basis.cycle_s - end_s);
+    motion.basis.repeats_first = true;
     met.notes.emplace_back(
         "The last frame is the first once more: the cycle lasts from the one to the other.");
   }

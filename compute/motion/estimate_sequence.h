@@ -34,8 +34,8 @@ std::vector<Field> with_neighbours(std::span<const Field> direct,
                                    std::span<const Field> backward,
                                    std::span<const Confidence> confidence);
 
-/// The least-squares fit of a cycle's harmonics to fields at the times of `basis`: the terms of the
-/// fit. Needs harmonics >= 1 and at least 2 * harmonics + 1 frames at different times of the cycle.
+/// The least-squares fit of a cycle's harmonics to the fields of its frames: the terms of the fit.
+/// Needs harmonics >= 1 and 2 * harmonics + 1 frames (basis.frames_of_path()) or more.
 std::vector<Field> harmonics_of(std::span<const Field> at_frame, const TimeBasis& basis);
 
 /// The same motion expressed from its reference frame: places X become phi_ref(X), so that u(.,

@@ -1,5 +1,6 @@
 # How good a field is, and one word for it. std and GLM only: no Vulkan, so that any tool can link it.
 add_library(palpate_quality
+  ${CMAKE_CURRENT_LIST_DIR}/frame_order.cpp
   ${CMAKE_CURRENT_LIST_DIR}/noise.cpp
   ${CMAKE_CURRENT_LIST_DIR}/quality.cpp
   ${CMAKE_CURRENT_LIST_DIR}/quality_folds.cpp

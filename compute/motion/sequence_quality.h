@@ -24,13 +24,20 @@ SequenceMotion chained(std::span<const Field> consecutive, std::span<const doubl
 std::vector<double> accelerations_mm(std::span<const Field> at_frame, bool cyclic,
                                      const Mask* mask = nullptr);
 
-/// Folds in the middle of the step after each frame, one value per frame; empty after the last
-/// frame if not cyclic.
-std::vector<Folds> folds_between(const SequenceMotion& motion);
+/// What happens between a frame and the next, at a quarter, the middle and three quarters of the
+/// way: the time with most folds, and how far the path leaves the straight line.
+struct BetweenFrames {
+  Folds folds;
+  Excursion excursion;
+};
+
+/// One value per frame; empty after the last frame if not cyclic.
+std::vector<BetweenFrames> between_frames(const SequenceMotion& motion);
 
 /// Measures one motion against its frames: per frame as a pair with the reference, folds between
-/// frames, acceleration; not the drift. `frames` may be empty: then nothing is compared.
-/// `confidence`: empty, or one per frame. `tell` (may be empty) is called after each frame.
+/// frames, acceleration, the order of the frames; not the drift. `frames` may be empty: then
+/// nothing is compared. `confidence`: empty, or one per frame. `tell` (may be empty) is called
+/// after each frame.
 Result<SequenceEvidence> examined(const SequenceMotion& motion, const std::vector<Volume>& frames,
                                   const std::vector<Confidence>& confidence, const Mask* mask,
                                   const std::function<void(const SequenceEvidence&, size_t)>& tell);

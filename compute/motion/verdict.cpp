@@ -190,6 +190,10 @@ Verdict judged(const SequenceEvidence& evidence, const Limits& limits) {
       parts.push_back({judged(frame.evidence, limits), "Frame " + std::to_string(k)});
     Bench between;
     judge_folds(frame.between, limits, between);
+    between.at_most(frame.excursion.beyond_voxels, limits.beyond_voxels,
+                    sentence("The path leaves the straight line to the next frame by up to %.3g "
+                             "mm, %.3g voxels more than the frames support",
+                             frame.excursion.mm, frame.excursion.beyond_voxels));
     parts.push_back({between.verdict(), "After frame " + std::to_string(k)});
   }
   if (evidence.drift) {
@@ -201,8 +205,36 @@ Verdict judged(const SequenceEvidence& evidence, const Limits& limits) {
     return a.verdict.trust > b.verdict.trust;
   });
   Verdict whole;
+  // A wrong order comes first: it explains what is wrong with the frames.
+  const bool all_show =
+      std::all_of(evidence.frames.begin(), evidence.frames.end(), [&](const FrameEvidence& frame) {
+        return !frame.evidence.match || shows_structure(frame.evidence, limits);
+      });
+  if (evidence.order && all_show)
+    add(whole, judged(*evidence.order, evidence.ordered_by, limits), "Sequence");
   for (const PartVerdict& part : parts) add(whole, part.verdict, part.where);
   return whole;
+}
+
+bool shows_structure(const Evidence& evidence, const Limits& limits) {
+  return evidence.match &&
+         std::min(evidence.match->textured_share(), evidence.match->textured_share_moving()) >=
+             limits.textured_share_least.suspect;
+}
+
+Verdict judged(const FrameOrder& order, const std::string& ordered_by, const Limits& limits) {
+  constexpr size_t kLeastFrames = 4;  // of fewer every order is that of some movement
+  const double back_mm = std::min(order.before_mm, order.after_mm);
+  const bool is_noise = back_mm < limits.order_step_voxels * order.voxel_mm;
+  const bool turns = order.frames > kLeastFrames && order.onward < limits.onward_least;
+  if (order.frames < kLeastFrames || is_noise || !(turns || order.to_and_fro > limits.to_and_fro))
+    return {};
+  std::string says = sentence(
+      "The path jumps to and fro: frame %zu lies %.3g and %.3g mm from the frames before and after "
+      "it, which lie %.3g mm apart; check the order of the frames",
+      order.frame, order.before_mm, order.after_mm, order.apart_mm);
+  if (!ordered_by.empty()) says += ", now by " + ordered_by;
+  return {Trust::kSuspect, {says + "."}, {}};
 }
 
 Result<Evidence> examined(const Volume& fixed, const Volume& moving, const Field& u,

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "compute/motion/frame_order.h"
 #include "compute/motion/quality.h"
 
 namespace palpate {
@@ -86,6 +87,15 @@ struct Limits {
   /// Share of the voxels with structure at which confidence is low. Good: up to 0.17, and 0.57
   /// between the two ends of a heart's beat; two bodies: 0.95 and more, but for one with 0.65.
   Limit low_confidence{0.75, 0.9};
+  /// How far the path leaves the straight line between two frames beyond what the frames support
+  /// (Excursion), voxels. Good: 0 for curves and up to half as many harmonics as frames could
+  /// have, 0.08 for as many as possible.
+  Limit beyond_voxels{0.1, 0.5};
+  /// FrameOrder, of sequences whose steps are at least this many voxels long where the path leads
+  /// back; shorter ones are noise. In the right order to_and_fro was 0 and onward above 0.
+  double order_step_voxels = 0.25;
+  double to_and_fro = 0.02;
+  double onward_least = -0.1;
 };
 
 /// Measurements of one field (drift: of one cycle). What is absent is not judged.
@@ -110,11 +120,21 @@ Result<Evidence> examined(const Volume& fixed, const Volume& moving, const Field
                           const Field* backward = nullptr, const Confidence* confidence = nullptr,
                           const Mask* mask = nullptr, Mask* structure = nullptr);
 
+/// How far the path of the material between a frame and the next leaves the straight line.
+struct Excursion {
+  double mm = 0.0;  ///< the farthest place from the line between its places in the two frames
+  /// By how much, at most, that is more than a third of the longest step: of this one and its two
+  /// neighbours. Voxels of the grid's finest axis; 0 if it is not.
+  double beyond_voxels = 0.0;
+};
+
 /// Measurements of one motion for a whole sequence at one of its frames.
 struct FrameEvidence {
   Spread motion_mm;   ///< displacement of the reference's material
   Evidence evidence;  ///< of u(reference -> frame), with the two frames if they are known
-  Folds between;      ///< of u in the middle of the step to the next frame; empty after the last
+  /// of u on the way to the next frame, where it is worst; empty after the last
+  Folds between;
+  Excursion excursion;  ///< on the way to the next frame
   /// rms of u_{k+1} - 2 u_k + u_{k-1} of the material, mm per step^2; 0 at the first and last frame
   /// if not cyclic. Meaningful only for equal time steps.
   double acceleration_mm = 0.0;
@@ -124,11 +144,21 @@ struct SequenceEvidence {
   size_t reference = 0;
   std::vector<FrameEvidence> frames;
   std::optional<Distances> drift;  ///< of the fields from frame to frame that follow from it
+  std::optional<FrameOrder> order;
+  std::string ordered_by;  ///< what put the frames in this order, for people; empty: not known
 };
 
-/// As bad as its worst frame, which is named first; drift and folds between frames count, too. The
-/// reference's own field, which is about zero, is left out. The limits are those of pairs.
+/// As bad as its worst frame, which is named first (after a wrong order, which explains others);
+/// drift, and folds and excursions between frames count, too. The reference's own field, which is
+/// about zero, is left out. The limits are those of pairs.
 Verdict judged(const SequenceEvidence& evidence, const Limits& limits = {});
+
+/// Whether frames were compared and show structure. Where they do not, noise moves, in any order.
+bool shows_structure(const Evidence& evidence, const Limits& limits = {});
+
+/// The verdict on the order of the frames: suspect if the path jumps to and fro. `ordered_by` as in
+/// SequenceEvidence.
+Verdict judged(const FrameOrder& order, const std::string& ordered_by, const Limits& limits = {});
 
 /// Adds the verdict on a part to that on the whole, which is as bad as its worst part. `where`
 /// starts each of the added reasons, for example "Frames 3 to 4"; `passed` of the part is not

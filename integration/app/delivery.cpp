@@ -51,6 +51,11 @@ Status Delivery::take(const EstimatedPair& pair) {
                  &motion.confidence, options_.mask, &structure);
     if (!evidence) return evidence.error();
     now.evidence = std::move(*evidence);
+    if (delivered_.empty()) {
+      const Mask where = resampled(structure, field.grid);
+      order_.emplace(field.grid, &where, pair.fixed->grid.finest_mm());
+    }
+    order_->follow(field);
     if (options_.cyclic && delivered_.empty()) {
       everywhere_.emplace(field.grid, mask ? &*mask : nullptr);
       if (now.evidence.match->clear > 0) where_structure_.emplace(pair.fixed->grid, &structure);
@@ -128,6 +133,10 @@ Verdict Delivery::verdict() const {
   // The verdict on a single pair is printed with all checks passed.
   if (delivered_.size() == 1) return judged(delivered_.front().evidence);
   Verdict whole;
+  const bool all_show =
+      std::all_of(delivered_.begin(), delivered_.end(),
+                  [](const Delivered& pair) { return shows_structure(pair.evidence); });
+  if (order_ && all_show) add(whole, judged(order_->found(options_.cyclic), ""), "Sequence");
   for (const Delivered& pair : delivered_) {
     add(whole, judged(pair.evidence), fmt::format("Frame {} to {}", pair.fixed, pair.moving));
   }

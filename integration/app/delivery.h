@@ -76,6 +76,7 @@ class Delivery {
   Console& console_;
   std::vector<Delivered> delivered_;
   std::optional<CyclePoints> everywhere_, where_structure_;
+  std::optional<FrameOrderMeter> order_;
   std::optional<CycleDrift> drift_;
 };
 

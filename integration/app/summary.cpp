@@ -95,6 +95,7 @@ json json_of(const SequenceEvidence& evidence) {
     json entry = {{"frame", k},
                   {"motion_mm", json_of(frame.motion_mm)},
                   {"folds_to_next", json_of(frame.between)},
+                  {"from_straight_line_to_next_mm", frame.excursion.mm},
                   {"acceleration_mm_per_frame2", frame.acceleration_mm}};
     if (k != evidence.reference) {
       entry["evidence"] = json_of(frame.evidence);
@@ -104,6 +105,9 @@ json json_of(const SequenceEvidence& evidence) {
   }
   json result = {{"reference_frame", evidence.reference}, {"frames", frames}};
   if (evidence.drift) result["drift"] = json_of(*evidence.drift);
+  if (evidence.order)
+    result["order"] = {{"to_and_fro", evidence.order->to_and_fro},
+                       {"onward", evidence.order->onward}};
   return result;
 }
 

@@ -67,7 +67,9 @@ Status write_sequence_motion(const SequenceMotion& motion, const fs::path& file)
       {"SequenceMotion.ReferenceFrame", fmt::format("{}", motion.reference)},
       {"SequenceMotion.FrameTimes_s", fmt::format("{}", fmt::join(motion.basis.times_s, " "))},
       {"SequenceMotion.Cycle_s", fmt::format("{}", motion.basis.cycle_s)},
-      {"SequenceMotion.Harmonics", fmt::format("{}", motion.basis.harmonics)}};
+      {"SequenceMotion.Harmonics", fmt::format("{}", motion.basis.harmonics)},
+      {"SequenceMotion.Clock", "frames"},
+      {"SequenceMotion.RepeatsFirst", motion.basis.repeats_first ? "1" : "0"}};
   if (motion.frames_grid) {
     const Grid grid = as_in_file(*motion.frames_grid);
     const glm::dmat3& axes = grid.direction;

@@ -26,6 +26,11 @@ namespace palpate::files {
 ///   SequenceMotion.FramesSpacing_mm:=1 1 2  spacing, place of the first sample (LPS mm) and the
 ///   SequenceMotion.FramesOrigin_mm:=0 0 0   directions of x, y, z, three numbers each
 ///   SequenceMotion.FramesDirections:=1 0 0 0 1 0 0 0 1
+///   SequenceMotion.Clock:=frames            TimeBasis says how u follows from the terms
+///   SequenceMotion.RepeatsFirst:=0          1: the last frame is the first once more
+///
+/// The last two may be missing, as in files of earlier versions, whose harmonics are in time and
+/// not in frames: such a file is refused if its frames are not at even times.
 ///
 /// Whatever reads NRRD reads it; the same layout without the keys is 3D Slicer's of a sequence of
 /// displacement fields.

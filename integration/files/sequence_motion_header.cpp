@@ -17,6 +17,15 @@ Error damaged(const std::filesystem::path& file, const char* what) {
       file, "is the motion of a sequence, but {}: write it again with 'palpate motion'", what);
 }
 
+/// True if the frames are at most this share of a step away from even times.
+constexpr double kEven = 0.1;
+bool are_even(const std::vector<double>& times_s, double cycle_s) {
+  const double step_s = cycle_s / double(times_s.size());
+  for (size_t k = 0; k < times_s.size(); ++k)
+    if (std::abs(times_s[k] - double(k) * step_s) > kEven * step_s) return false;
+  return true;
+}
+
 /// When its frames are and how its terms depend on time.
 Result<TimeBasis> basis_of(const std::filesystem::path& file, const NrrdFields& header) {
   const auto times = to_numbers(header.key("SequenceMotion.FrameTimes_s"));
@@ -30,7 +39,12 @@ Result<TimeBasis> basis_of(const std::filesystem::path& file, const NrrdFields& 
   if (!harmonics || *harmonics < 0 || *harmonics > TimeBasis::kMostHarmonics)
     return damaged(file, "its number of harmonics makes no sense");
   if (*harmonics > 0 && *cycle == 0.0) return damaged(file, "it has harmonics without a cycle");
-  return TimeBasis{*times, *cycle, int(*harmonics)};
+  if (*harmonics > 0 && header.key("SequenceMotion.Clock") != "frames" && !are_even(*times, *cycle))
+    return damaged(file, "its frames are at uneven times and its harmonics do not count frames");
+  const bool repeats_first = header.key("SequenceMotion.RepeatsFirst") == "1";
+  if (repeats_first && (*cycle == 0.0 || times->size() < 3))
+    return damaged(file, "its last frame repeats the first without a cycle");
+  return TimeBasis{*times, *cycle, int(*harmonics), repeats_first};
 }
 
 /// The grid of the frames, where the file has it: files of before palpate kept it have none.

@@ -175,6 +175,8 @@ class EstimatorContent {
     const Mask* const mask = options_.mask ? &*options_.mask : nullptr;
     std::optional<CyclePoints> everywhere, where_structure;
     if (options_.cyclic) everywhere.emplace(grid_, mask);
+    std::optional<FrameOrderMeter> order;
+    bool all_show = true;
     std::vector<float> lengths;
     for (PairMotion& pair : pairs_) {
       const bool is_first = motion.steps.empty(),
@@ -189,6 +191,9 @@ class EstimatorContent {
                               &pair.confidence, mask, &structure);
         if (!found) return found.error();
         evidence = std::move(*found);
+        if (is_first) order.emplace(grid_, &structure, grid_.finest_mm());
+        order->follow(field);
+        all_show = all_show && shows_structure(*evidence);
         if (everywhere && is_first && evidence->match->clear > 0)
           where_structure.emplace(grid_, &structure);
       }
@@ -209,7 +214,13 @@ class EstimatorContent {
       motion.confidence.push_back(std::move(pair.confidence));
     }
     motion.motion_mm = spread_of(lengths);
-    if (judges()) conclude(motion, whole);
+    if (judges()) {
+      Verdict first;
+      if (order && all_show) add(first, judged(order->found(options_.cyclic), ""), "Sequence");
+      whole.trust = std::max(whole.trust, first.trust);
+      whole.reasons.insert(whole.reasons.begin(), first.reasons.begin(), first.reasons.end());
+      conclude(motion, whole);
+    }
     return Nothing{};
   }
 

@@ -17,16 +17,16 @@ namespace {
 // the frames are searched.
 constexpr double kMostSamples = 2e7;
 
-/// The weighted sum of a sample's terms, and its confidence.
-lanes::Float4 summed(const float* terms, size_t floats, const TimeWeights& time) noexcept {
+/// The weighted sum of a sample's summands, and its confidence.
+lanes::Float4 summed(const float* summands, size_t floats, const TimeWeights& time) noexcept {
   lanes::Float4 sum{};
   for (int n = 0; n < time.count; ++n) {
-    // The fourth float is the next term's, or the confidence: it is replaced below.
+    // The fourth float is the next one's, or the confidence: it is replaced below.
     lanes::Float4 term;
-    std::memcpy(&term, terms + 3 * time.term[size_t(n)], sizeof term);
+    std::memcpy(&term, summands + 3 * time.term[size_t(n)], sizeof term);
     sum += time.weight[size_t(n)] * term;
   }
-  sum[3] = terms[floats - 1];
+  sum[3] = summands[floats - 1];
   return sum;
 }
 
@@ -41,7 +41,7 @@ MotionSample sample_of(const GridPlace& place, const spline::Blend<lanes::Quad>&
   return {lanes::xyz(at.value), per_index * place.index_from_volume, at.value.zw[1]};
 }
 
-/// One component of a term as spline coefficients.
+/// One component of a summand as spline coefficients.
 std::vector<float> component(const Field& term, int axis) {
   Volume values{term.grid, std::vector<float>(term.u_mm.size())};
   for (size_t s = 0; s < values.values.size(); ++s)
@@ -73,8 +73,8 @@ std::shared_ptr<const SequenceMap> SequenceMap::of(const SequenceMotion& motion,
       if (!is_fine(term.u_mm[s])) trust[s] = -1.0F;
   const size_t stride = map->floats_per_sample();
   map->coefficients_.resize(grid.count() * stride);
-  for (size_t n = 0; n < motion.terms.size(); ++n) {
-    Field term = motion.terms[n];
+  for (size_t n = 0; n < motion.basis.summands(); ++n) {
+    Field term = motion.summand(n);
     for (size_t s = 0; s < grid.count(); ++s)
       if (trust[s] < 0.0F) term.u_mm[s] = glm::vec3(0.0F);
     for (int axis = 0; axis < 3; ++axis) {
@@ -154,15 +154,15 @@ SequenceMap::Samples SequenceMap::samples(int factor) const {
   samples.place.offset *= double(factor);
   samples.place.size = (place_.size - 1) * factor + 1;
   const glm::ivec3 size = samples.place.size;
-  const size_t row = size_t(size.x), slice = row * size_t(size.y), terms = basis_.terms();
+  const size_t row = size_t(size.x), slice = row * size_t(size.y), summands = basis_.summands();
   const size_t count = slice * size_t(size.z);
-  samples.u_m.resize(terms * count);
-  parallel_ranges(size.z, 100.0 * double(terms) * double(slice), [&](int begin, int end) {
+  samples.u_m.resize(summands * count);
+  parallel_ranges(size.z, 100.0 * double(summands) * double(slice), [&](int begin, int end) {
     for (int k = begin; k < end; ++k)
       for (int j = 0; j < size.y; ++j)
         for (int i = 0; i < size.x; ++i) {
           const spline::Around around(place_, glm::dvec3(i, j, k) / double(factor));
-          for (size_t n = 0; n < terms; ++n) {
+          for (size_t n = 0; n < summands; ++n) {
             const auto at = spline::read<lanes::Quad>(around, [&](size_t offset) {
               const float* u = coefficients_.data() + floats_per_sample() * offset + 3 * n;
               return lanes::load({u[0], u[1], u[2], 0.0F});

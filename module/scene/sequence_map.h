@@ -13,12 +13,12 @@
 
 namespace palpate {
 
-/// One motion for a whole sequence laid out for the hand: at each sample all terms of u next to
-/// each other (volume space, m) and the confidence, 12 bytes a term and 4 more. Between the samples
-/// u is the cubic B-spline of spline.h: a motion from one reference frame is steep, and a trilinear
-/// one would bend a carried wall at the faces of its cells. Measured on heart_cine (cells of 3.3
-/// mm, u above 1 mm): such edges had 1.2 degrees in the median, 9 at one in a hundred. Beyond the
-/// outermost samples the last one is repeated. Immutable, any thread.
+/// One motion for a whole sequence laid out for the hand: at each sample all summands of u
+/// (TimeBasis) next to each other (volume space, m) and the confidence, 12 bytes each and 4 more.
+/// Between the samples u is the cubic B-spline of spline.h: a motion from one reference frame is
+/// steep, and a trilinear one would bend a carried wall at the faces of its cells. Measured on
+/// heart_cine (cells of 3.3 mm, u above 1 mm): such edges had 1.2 degrees in the median, 9 at one
+/// in a hundred. Beyond the outermost samples the last one is repeated. Immutable, any thread.
 class SequenceMap {
  public:
   /// `confidence` may be null (1 everywhere) and may have another grid. Searches for folds at all
@@ -47,14 +47,14 @@ class SequenceMap {
   double cell_m() const { return cell_m_; }
   const GridPlace& place() const { return place_; }
 
-  /// The spline's coefficients: 3 terms() + 1 floats a sample, the terms in order, then the
+  /// The spline's coefficients: 3 summands() + 1 floats a sample, the summands in order, then the
   /// confidence. Shape (nz, ny, nx).
   std::span<const float> coefficients() const { return coefficients_; }
-  size_t floats_per_sample() const { return 3 * basis_.terms() + 1; }
+  size_t floats_per_sample() const { return 3 * basis_.summands() + 1; }
 
-  /// u of the terms, m, at the samples of a grid `factor` (1 or more) times as fine, the first and
-  /// last sample in common: for readers with another interpolation. Shape (terms, nz, ny, nx). Uses
-  /// all cores.
+  /// The summands of u, m, at the samples of a grid `factor` (1 or more) times as fine, the first
+  /// and last sample in common: for readers with another interpolation. Shape (summands, nz, ny,
+  /// nx). Uses all cores.
   struct Samples {
     GridPlace place;
     std::vector<glm::vec3> u_m;

@@ -250,10 +250,10 @@ std::shared_ptr<const ResidentTerms> upload_terms(const std::shared_ptr<vulkan::
   // apart at one place in twenty (heart_cine), twice as fine a quarter of that, for eight times the
   // memory.
   const double fine_bytes =
-      8.0 * double(count_of(map.place())) * double(map.basis().terms()) * sizeof(glm::vec4);
+      8.0 * double(count_of(map.place())) * double(map.basis().summands()) * sizeof(glm::vec4);
   const SequenceMap::Samples samples = map.samples(fine_bytes <= kMostTermBytes ? 2 : 1);
   set_place(resident->place, samples.place, frames);
-  const size_t count = count_of(samples.place), terms = map.basis().terms();
+  const size_t count = count_of(samples.place), terms = map.basis().summands();
   vulkan::Buffer staging(context, 16 * count * terms, vulkan::Buffer::Kind::kHostVisible);
   const std::span<glm::vec4> staged = staging.as<glm::vec4>();
   const glm::mat3 voxel_from_m(frames.place.index_from_volume);

@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/view.h"
-// The motion of a whole sequence at one time, from its terms:  u(s) = sum_n weight[n] term[n](s).
+// The motion of a whole sequence at one time, from its summands:  u(x) = sum_n weight[n] summand[n](x). The weights
+// are those of TimeBasis::at (compute/volume/sequence_motion.h), which alone knows how a motion depends on time.
 //
 // binding  direction  format   shape                  unit
 // 0        in         vec4     kMostTerms             x: weight; y: which term

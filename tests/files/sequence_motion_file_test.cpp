@@ -50,6 +50,7 @@ void expect_same_bits(const SequenceMotion& a, const SequenceMotion& b) {
     EXPECT_LT(glm::length(a.frames_grid->origin_mm - b.frames_grid->origin_mm), 1e-12);
     EXPECT_EQ(a.frames_grid->j_reversed_in_file, b.frames_grid->j_reversed_in_file);
   }
+  EXPECT_EQ(a.basis.repeats_first, b.basis.repeats_first);
   ASSERT_EQ(a.terms.size(), b.terms.size());
   for (size_t n = 0; n < a.terms.size(); ++n) {
     EXPECT_TRUE(same_geometry(a.terms[n].grid, b.terms[n].grid));
@@ -69,6 +70,7 @@ TEST(SequenceMotionFile, ComesBackBitByBit) {
       SequenceMotion motion = some_motion(harmonics, mirrored);
       if (harmonics == 0) motion.basis.cycle_s = 0.0;
       if (harmonics == 0 && !mirrored) motion.frames_grid.reset();  // as in older files
+      motion.basis.repeats_first = harmonics > 0;
       const auto path = folder / "m.nrrd";
       const Status written = write_sequence_motion(motion, path);
       ASSERT_TRUE(written) << written.error().message;
@@ -96,6 +98,8 @@ TEST(SequenceMotionFile, LiesAsDocumented) {
         "SequenceMotion.FramesOrigin_mm:=-31.5 12.25 170.125\n",
         "SequenceMotion.FramesDirections:=1 0 0 0 1 0 0 0 1\n",
         "SequenceMotion.FrameTimes_s:=0 0.1 0.30000000000000004 0.7\n"})
+        "SequenceMotion.FrameTimes_s:=0 0.1 0.30000000000000004 0.7\n",
+        "SequenceMotion.Clock:=frames\n", "SequenceMotion.RepeatsFirst:=0\n"})
     EXPECT_THAT(header, HasSubstr(line));
   ASSERT_EQ(bytes.size() - end, 3U * 3 * 60 * sizeof(float));
   // Component fastest, then x, y, z, then the term.
@@ -132,6 +136,8 @@ TEST(SequenceMotionFile, RefusesWhatIsDamaged) {
   expect_refused("Harmonics:=1", "Harmonics:=2", "terms");
   expect_refused("Harmonics:=1", "Harmonics:=99", "harmonics");
   expect_refused("Version:=1", "Version:=2", "version 2");
+  expect_refused("Clock:=frames", "Clock:=time", "uneven times");
+  expect_refused("SequenceMotion.Clock:=frames\n", "", "uneven times");
   expect_refused("sizes: 3 5 4 3 3", "sizes: 3 5 4 9 3", "too short");
   expect_refused("sizes: 3 5 4 3 3", "sizes: 3 99999 99999 9 3", "too short");
   expect_refused("sizes: 3 5 4 3 3", "sizes: 2 5 4 3 3", "axes");

@@ -71,7 +71,7 @@ TEST(SequenceMap, IsTheSplineOfTheMotionAtAnyTimeWithItsDerivative) {
         }
       }
     }
-    EXPECT_EQ(map->bytes(), oblique_grid().count() * (3 * motion.terms.size() + 1) * 4);
+    EXPECT_EQ(map->bytes(), oblique_grid().count() * (3 * motion.basis.summands() + 1) * 4);
   }
 }
 

@@ -65,7 +65,9 @@ TEST(HeaderFuzz, SequenceMotionParserHolds) {
                 {"SequenceMotion.ReferenceFrame", "1"},
                 {"SequenceMotion.FrameTimes_s", all.substr(0, first)},
                 {"SequenceMotion.Cycle_s", all.substr(first + 1, second - first - 1)},
-                {"SequenceMotion.Harmonics", all.substr(second + 1)}};
+                {"SequenceMotion.Harmonics", all.substr(second + 1)},
+                {"SequenceMotion.Clock", "frames"},
+                {"SequenceMotion.RepeatsFirst", seeds.size() == 1 ? "1" : "0"}};
     seeds.push_back(nrrd_header_of(one));
     ASSERT_TRUE(parse_sequence_motion_header("seed.nrrd", seeds.back())) << keys;
   }

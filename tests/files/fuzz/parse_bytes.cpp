@@ -61,7 +61,7 @@ void parse_sequence_motion(std::string_view bytes) {
   for (const double time_s : {-1e300, 0.0, 0.3, 1e300}) {
     const TimeWeights weights = basis.at(time_s);
     for (int n = 0; n < weights.count; ++n)
-      require(size_t(weights.term[size_t(n)]) < basis.terms() &&
+      require(size_t(weights.term[size_t(n)]) < basis.summands() &&
                   std::isfinite(weights.weight[size_t(n)]),
               "any time can be asked for");
   }

@@ -283,7 +283,7 @@ report::Table inverting_table(const Data& data, const SequenceMotion& motion) {
 std::vector<report::Cell> picture_row(const Data& data, const SequenceMotion& motion, int factor) {
   const auto map = SequenceMap::of(motion);
   const SequenceMap::Samples samples = map->samples(factor);
-  const size_t count = samples.u_m.size() / motion.terms.size();
+  const size_t count = samples.u_m.size() / motion.basis.summands();
   std::mt19937 random(2);
   std::uniform_real_distribution<double> share(0.0, 1.0);
   const double end_s =
