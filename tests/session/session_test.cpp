@@ -176,6 +176,39 @@ TEST(LoadedScene, GivesTheFramesThatWereReadWithoutReadingThemAgain) {
   EXPECT_FALSE(own.missing[0].open());
 }
 
+/// A motion that was found without times has frames one second apart; it is played as its frames
+/// are.
+TEST(LoadedScene, PlaysAMotionInMemoryAtThePaceOfItsFrames) {
+  const auto cycle_of_scene = [](double frames_per_second, std::vector<double> times_s,
+                                 std::vector<double> motion_s) {
+    auto given = std::make_shared<scenes::GivenVolume>();
+    given->frames = shell_phantom(24, 4, 1, 0.0);
+    given->frames.times_s = std::move(times_s);
+    given->frames.times_known = !given->frames.times_s.empty();
+    SequenceMotion& motion = given->motion.emplace();
+    motion.basis = {motion_s, motion_s.back() + motion_s[1], 0};
+    motion.terms.assign(4, still_field(given->frames.frames[0].grid));
+    scenes::SequenceChoices choices;
+    choices.given["shell frames"] = given;
+    choices.frames_per_second = frames_per_second;
+    const auto scene = scenes::load_scene({"shell frames"}, choices);
+    EXPECT_TRUE(scene) << (scene ? "" : scene.error().message);
+    return scene ? scene->data[0]->times : FrameTimes{};
+  };
+  const std::vector<double> counted = {0.0, 1.0, 2.0, 3.0}, known = {0.0, 0.2, 0.4, 0.6};
+  const FrameTimes assumed = cycle_of_scene(0.0, {}, counted);
+  EXPECT_TRUE(assumed.assumed);
+  EXPECT_NEAR(assumed.cycle_s, 1.0, 1e-9);
+  const FrameTimes asked = cycle_of_scene(2.0, {}, counted);
+  EXPECT_FALSE(asked.assumed);
+  EXPECT_NEAR(asked.cycle_s, 2.0, 1e-9);
+  // The motion knows better than its frames, and is not changed by them.
+  const FrameTimes of_motion = cycle_of_scene(0.0, {}, known);
+  EXPECT_FALSE(of_motion.assumed);
+  EXPECT_NEAR(of_motion.cycle_s, 0.8, 1e-9);
+  EXPECT_NEAR(cycle_of_scene(0.0, known, known).cycle_s, 0.8, 1e-9);
+}
+
 TEST_F(SessionWithMotion, EndsWhileItIsBeingFound) {
   auto session = in_host(shell_in_memory(64, 6), options());
   ASSERT_TRUE(session);
