@@ -142,6 +142,7 @@ Result<std::optional<Verdict>> checked(const SequenceCheck& command, Console& co
                                        nlohmann::json& out) {
   std::vector<Volume> frames;
   std::vector<double> times_s;
+  std::string ordered_by;
   if (!command.sequence.empty()) {
     auto opened = files::open_sequence(command.sequence, command.nan_as);
     if (!opened) return opened.error();
@@ -149,6 +150,7 @@ Result<std::optional<Verdict>> checked(const SequenceCheck& command, Console& co
     auto kept = all_frames(*opened, {});
     if (!kept) return kept.error();
     frames = std::move(*kept);
+    ordered_by = opened->ordered_by;
     times_s = opened->times_s.empty() ? assumed_times(frames.size()) : opened->times_s;
   }
   const auto told = read_told(command, times_s);
@@ -181,6 +183,7 @@ Result<std::optional<Verdict>> checked(const SequenceCheck& command, Console& co
       motion, frames, {}, mask ? &*mask : nullptr,
       [&](const SequenceEvidence& so_far, size_t k) { console.say(frame_text(so_far, k)); });
   if (!evidence) return evidence.error();
+  evidence->ordered_by = ordered_by;
   // For given frame-to-frame fields the drift is their own.
   if (!told->steps.empty() && motion.basis.cycle_s > 0.0) {
     const auto drift = cycle_drift(told->steps, image, mask ? &*mask : nullptr);

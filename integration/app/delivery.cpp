@@ -136,7 +136,8 @@ Verdict Delivery::verdict() const {
   const bool all_show =
       std::all_of(delivered_.begin(), delivered_.end(),
                   [](const Delivered& pair) { return shows_structure(pair.evidence); });
-  if (order_ && all_show) add(whole, judged(order_->found(options_.cyclic), ""), "Sequence");
+  if (order_ && all_show)
+    add(whole, judged(order_->found(options_.cyclic), options_.ordered_by), "Sequence");
   for (const Delivered& pair : delivered_) {
     add(whole, judged(pair.evidence), fmt::format("Frame {} to {}", pair.fixed, pair.moving));
   }

@@ -26,6 +26,7 @@ struct DeliveryOptions {
   bool coarse = false;  ///< write on the solved grid instead of the image's
   bool judge = true;
   bool cyclic = false;
+  std::string ordered_by;      ///< what gives the order of the frames, for people
   const Mask* mask = nullptr;  ///< on the frames' grid
 };
 

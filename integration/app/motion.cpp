@@ -273,6 +273,7 @@ Result<MotionResults> find_pairs(const MotionCommand& command, const std::string
   options.coarse = command.coarse;
   options.judge = !command.no_verdict;
   options.cyclic = command.cyclic;
+  options.ordered_by = frames.ordered_by;
   options.mask = estimator.mask ? &*estimator.mask : nullptr;
   Delivery delivery(options, outputs, console);
   Status done = estimate(
@@ -345,6 +346,7 @@ Result<MotionResults> find_whole(const MotionCommand& command, const std::string
   if (!evidence) return evidence.error();
   if (stop.stop_requested()) return stopped;
   evidence->drift = written->drift;
+  evidence->ordered_by = frames.ordered_by;
   found.verdict = judged(*evidence);
   found.summary["evidence"] = json_of(*evidence);
   if (evidence->drift) console.say(cycle_text({*evidence->drift, {}}));

@@ -8,6 +8,7 @@
 #include "integration/files/dicom_pixels.h"
 #include "integration/files/dicom_scan.h"
 #include "integration/files/dicom_series.h"
+#include "integration/files/read_sequence.h"
 #include "integration/files/samples.h"
 #include "integration/files/sentences.h"
 
@@ -61,9 +62,11 @@ Result<std::vector<DicomEntry>> list_dicom(const std::filesystem::path& folder) 
   return entries;
 }
 
-Result<std::unique_ptr<FrameSource>> open_dicom(const std::vector<std::filesystem::path>& inputs,
-                                                const std::string& series) {
+Result<std::unique_ptr<FrameSource>> open_dicom(const std::vector<std::filesystem::path>& inputs) {
   const std::filesystem::path& name = inputs.front();
+  const auto named = [](const std::filesystem::path& input) {
+    return split_series(input).value_or(NamedSeries{input, {}});
+  };
   std::vector<DicomSlice> slices;
   std::vector<std::string> notes;
   const auto append = [&](DicomScan& scan) {
@@ -72,12 +75,13 @@ Result<std::unique_ptr<FrameSource>> open_dicom(const std::vector<std::filesyste
     notes.insert(notes.end(), scan.notes.begin(), scan.notes.end());
   };
   std::optional<Result<DicomLayout>> layout;
-  if (inputs.size() > 1 && std::filesystem::is_directory(name)) {
+  if (inputs.size() > 1 && std::filesystem::is_directory(named(name).folder)) {
     // A list of folders is one frame per folder.
     for (size_t n = 0; n < inputs.size(); ++n) {
-      auto scan = scan_dicom(inputs[n]);
+      const NamedSeries input = named(inputs[n]);
+      auto scan = scan_dicom(input.folder);
       if (!scan) return scan.error();
-      const auto image = choose_image(inputs[n], scan->slices, series);
+      const auto image = choose_image(input.folder, scan->slices, input.series);
       if (!image) return image.error();
       if (image->frames.size() > 1) {
         return bad_input(inputs[n],
@@ -106,11 +110,11 @@ Result<std::unique_ptr<FrameSource>> open_dicom(const std::vector<std::filesyste
   } else {
     // A list of single slices is one unsorted set.
     for (const std::filesystem::path& input : inputs) {
-      auto scan = scan_dicom(input);
+      auto scan = scan_dicom(named(input).folder);
       if (!scan) return scan.error();
       append(*scan);
     }
-    layout = choose_image(name, slices, series);
+    layout = choose_image(named(name).folder, slices, named(name).series);
   }
   if (!*layout) return layout->error();
   const Status fits = check_fits_memory(fmt::format("one frame of '{}'", name.string()),

@@ -33,7 +33,7 @@ Source open_file(const fs::path& file) {
 
 Source open_one(const fs::path& input) {
   std::error_code error;
-  if (const auto named = split_series(input)) return open_dicom({named->folder}, named->series);
+  if (split_series(input)) return open_dicom({input});
   if (!fs::is_directory(input, error)) return open_file(input);
   const auto images = images_in(input);
   if (images.empty()) return open_dicom({input});
@@ -42,8 +42,9 @@ Source open_one(const fs::path& input) {
   const auto frames = frames_by_name(input, images);
   if (!frames) return frames.error();
   auto source = open_frame_files(frames->files);
-  if (source)
-    (*source)->notes.insert((*source)->notes.end(), frames->notes.begin(), frames->notes.end());
+  if (!source) return source;
+  (*source)->ordered_by = "the names of their files";
+  (*source)->notes.insert((*source)->notes.end(), frames->notes.begin(), frames->notes.end());
   return source;
 }
 
@@ -52,7 +53,7 @@ Source open_several(const std::vector<fs::path>& inputs) {
   size_t folders = 0;
   for (const fs::path& input : inputs) {
     std::error_code error;
-    if (fs::is_directory(input, error)) {
+    if (split_series(input) || fs::is_directory(input, error)) {
       ++folders;
       continue;
     }

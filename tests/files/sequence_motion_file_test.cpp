@@ -97,7 +97,6 @@ TEST(SequenceMotionFile, LiesAsDocumented) {
         "SequenceMotion.FramesSize:=10 8 5\n", "SequenceMotion.FramesSpacing_mm:=0.75 1.25 2.5\n",
         "SequenceMotion.FramesOrigin_mm:=-31.5 12.25 170.125\n",
         "SequenceMotion.FramesDirections:=1 0 0 0 1 0 0 0 1\n",
-        "SequenceMotion.FrameTimes_s:=0 0.1 0.30000000000000004 0.7\n"})
         "SequenceMotion.FrameTimes_s:=0 0.1 0.30000000000000004 0.7\n",
         "SequenceMotion.Clock:=frames\n", "SequenceMotion.RepeatsFirst:=0\n"})
     EXPECT_THAT(header, HasSubstr(line));
