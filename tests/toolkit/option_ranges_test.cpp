@@ -227,7 +227,9 @@ TEST_F(Doors, TakeTheSameNumbers) {
         PAL_EXPECT_OK(opens(info));
       }
     }
-    for (const double value : refused(option)) {
+    const std::vector<double> outside = refused(option);
+    for (size_t k = 0; k < outside.size(); ++k) {
+      const double value = outside[k];
       SCOPED_TRACE(fmt::format("{} {}", option.name, value));
       const std::string sentence = files::out_of_range(option.name, value, option.range);
       const bool is_none = option.below_is_none && value < 0.0;
@@ -238,7 +240,8 @@ TEST_F(Doors, TakeTheSameNumbers) {
       if (says.contains(keyword(option, value))) {
         EXPECT_THAT(says.at(keyword(option, value)), HasSubstr(is_none ? "is expected" : sentence));
       }
-      if (option.flag) {
+      // The last two are the ends of the range; command_line_test.cpp has the others.
+      if (option.flag && k + 2 >= outside.size()) {
         const app::Outcome outcome = program(value);
         EXPECT_NE(outcome.exit_code, 0);
         EXPECT_THAT(outcome.err, Not(HasSubstr("/nowhere.mha")));
