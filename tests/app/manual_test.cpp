@@ -105,8 +105,8 @@ TEST_F(Manual, SaysWhatHelpSays) {
               AllOf(HasSubstr("palpate feel [options] input ..."),
                     HasSubstr("--headset TEXT openxr: in a headset"),
                     HasSubstr("One of auto, openxr, none, off. Default: auto."),
-                    HasSubstr("A number from 0.001 to 100000."), HasSubstr("EXIT STATUS"),
-                    HasSubstr("--gpu NAME Vulkan device"),
+                    HasSubstr("A number from 0.001 to 100000 frames per second."),
+                    HasSubstr("EXIT STATUS"), HasSubstr("--gpu NAME Vulkan device"),
                     HasSubstr("--headless OUTPUT_DIR Write stereo")));
   EXPECT_THAT(text("palpate"),
               AllOf(HasSubstr("palpate [options] command [arguments]"), HasSubstr("XDG_STATE_HOME"),
