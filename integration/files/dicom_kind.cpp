@@ -239,8 +239,8 @@ std::array<std::string, kKindTags> kind_of(const FrameTags& frame) {
   return kind;
 }
 
-Component component_of(const DicomSlice& slice) {
-  Component found = Component::kUnknown;
+SignalPart component_of(const DicomSlice& slice) {
+  SignalPart found = SignalPart::kUnknown;
   const auto look_at = [&](const std::string& text) {
     for (const std::string_view cell : cells(text, '\\')) {
       const std::string word(cell);
@@ -248,22 +248,27 @@ Component component_of(const DicomSlice& slice) {
           word.starts_with("PHASE") || word.starts_with("VELOCITY") || word.starts_with("P_") ||
           word.starts_with("R_") || word.starts_with("I_")) {
         // Philips writes PHASE CONTRAST M: the value after it has the last word.
-        found = Component::kOther;
+        found = SignalPart::kOther;
       } else if (word == "M" || word.starts_with("MAG") || word.starts_with("M_")) {
-        if (found == Component::kUnknown) found = Component::kMagnitude;
+        if (found == SignalPart::kUnknown) found = SignalPart::kMagnitude;
       }
     }
   };
   look_at(slice.kind[size_t(KindTag::kComplexComponent)]);
-  if (found == Component::kUnknown) look_at(slice.kind[size_t(KindTag::kImageType)]);
+  if (found == SignalPart::kUnknown) look_at(slice.kind[size_t(KindTag::kImageType)]);
   return found;
 }
 
 bool is_mosaic(const DicomElements& file) {
   // XA software leaves the word in the image type of files whose frames are slices.
-  return file.sequences.count(tags::kFrameGroups) == 0 &&
-         file.number(tags::kNumberOfFrames).value_or(1.0) <= 1.0 &&
-         ("\\" + file.text(tags::kImageType) + "\\").find("\\MOSAIC\\") != std::string::npos;
+  if (file.sequences.count(tags::kFrameGroups) != 0 ||
+      file.number(tags::kNumberOfFrames).value_or(1.0) > 1.0)
+    return false;
+  const std::string type = file.text(tags::kImageType);
+  const auto words = cells(type, '\\');
+  // VFRAME is UIH's word for it.
+  return std::any_of(words.begin(), words.end(),
+                     [](std::string_view word) { return word == "MOSAIC" || word == "VFRAME"; });
 }
 
 Mosaic mosaic_of(const DicomElements& file) {

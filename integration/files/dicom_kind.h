@@ -31,8 +31,8 @@ class FrameTags {
 std::array<std::string, kKindTags> kind_of(const FrameTags& frame);
 
 /// What a complex image shows of its signal, by image type and component.
-enum class Component { kUnknown, kMagnitude, kOther };
-Component component_of(const DicomSlice& slice);
+enum class SignalPart { kUnknown, kMagnitude, kOther };
+SignalPart component_of(const DicomSlice& slice);
 
 /// Which of a mosaic's tiles is a slice, and along which direction they follow; see kMosaicTiles.
 struct Mosaic {

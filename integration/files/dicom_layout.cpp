@@ -148,9 +148,12 @@ Result<Grid> grid_of(const Path& name, const Slices& slices, const std::vector<G
     std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
     const double usual = sorted[sorted.size() / 2];
     const double rounded = std::min(rounding, kMostRounding * usual);
+    const double mean = (heights.back() - heights.front()) / double(gaps.size());
     const double most = std::max(kUnevenShare * usual + kSamePlaceMm, rounded);
     for (size_t g = 0; g < gaps.size(); ++g) {
-      if (std::abs(gaps[g] - usual) <= most + kSamePlaceShare * usual) continue;
+      if (std::abs(gaps[g] - usual) <= most + kSamePlaceShare * usual ||
+          std::abs(gaps[g] - mean) <= rounded)
+        continue;
       return bad_input(name,
                        "has unevenly spaced slices ({:.4g} mm between slice {} and {}, {:.4g} mm "
                        "elsewhere): find the "
@@ -293,15 +296,17 @@ bool are_series_frames(const Slices& slices, const std::vector<Group>& places) {
   return true;
 }
 
-/// Phases of one scan as series: by the numbers in their names that differ.
-void add_name_keys(const Slices& slices, const Group& all, std::vector<OrderKey>& keys) {
+/// Phases of one scan as series: by the numbers that differ in their names, or in those of their
+/// folders.
+void add_name_keys(const Slices& slices, const Group& all, const char* key_name, Kind kind,
+                   const std::function<std::string(const DicomSlice&)>& text,
+                   std::vector<OrderKey>& keys) {
   std::map<std::string, PhaseName> names;
-  for (const size_t s : all)
-    names.emplace(slices[s].series, phase_name(slices[s].series_description));
+  for (const size_t s : all) names.emplace(slices[s].series, phase_name(text(slices[s])));
   const PhaseName first = names.begin()->second;
   bool has_direction = false;
   for (const auto& [uid, name] : names) {
-    if (name.numbers.size() != first.numbers.size()) return;
+    if (name.numbers.size() != first.numbers.size() || name.rest != first.rest) return;
     has_direction = has_direction || name.direction != 0;
   }
   for (size_t n = 0; n < first.numbers.size(); ++n) {
@@ -320,10 +325,10 @@ void add_name_keys(const Slices& slices, const Group& all, std::vector<OrderKey>
         value = value == 100.0 ? 100.5 : 200.0 - value;
       }
     }
-    keys.push_back({"number in the series' names", Kind::kMeaning, true,
-                    [value_of](const DicomSlice& slice) -> std::optional<double> {
-                      return value_of.at(slice.series);
-                    }});
+    keys.push_back(
+        {key_name, kind, true, [value_of](const DicomSlice& slice) -> std::optional<double> {
+           return value_of.at(slice.series);
+         }});
   }
 }
 
@@ -343,7 +348,12 @@ std::vector<OrderKey> keys_of(const Slices& slices, const Group& all,
       {"frame reference time (0054,1300)", Kind::kMeaning, false,
        [](S s) { return s.frame_reference_ms; }}};
   if (are_series_frames(slices, places)) {
-    add_name_keys(slices, all, keys);
+    add_name_keys(
+        slices, all, "number in the series' names", Kind::kMeaning,
+        [](S s) { return s.series_description; }, keys);
+    add_name_keys(
+        slices, all, "number in the folders' names", Kind::kHabit,
+        [](S s) { return s.file.parent_path().filename().string(); }, keys);
     keys.push_back({"series number (0020,0011)", Kind::kHabit, true,
                     [](S s) { return std::optional<double>(s.series_number); }});
   }

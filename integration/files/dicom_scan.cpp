@@ -252,7 +252,7 @@ Status add_tiles(const DicomElements& elements, const DicomSlice& picture,
   const int across = int(std::ceil(std::sqrt(double(mosaic.tiles))));
   if (mosaic.tiles < 1 || picture.size.x % across != 0 || picture.size.y % across != 0) {
     return bad_input(picture.file,
-                     "is a mosaic of slices (Siemens) that does not say how many they are: convert "
+                     "is a mosaic of slices that does not say how many they are: convert "
                      "it with dcm2niix, and give palpate the NIfTI file");
   }
   DicomSlice slice = picture;
@@ -322,6 +322,22 @@ bool have_equal_pixels(const std::filesystem::path& a, const std::filesystem::pa
   if (!first || !second) return false;
   const auto one = parse_dicom(a, first->bytes()), other = parse_dicom(b, second->bytes());
   return one && other && one->pixels == other->pixels && one->fragments == other->fragments;
+}
+
+/// Times without a date that pass midnight: those after it come last.
+void unwrap_midnight(std::vector<DicomSlice>& slices, std::optional<double> DicomSlice::*time_s) {
+  constexpr double kDay = 86400.0;
+  std::map<std::string, std::vector<DicomSlice*>> series;
+  for (DicomSlice& slice : slices)
+    if (slice.*time_s && *(slice.*time_s) < kDay) series[slice.series].push_back(&slice);
+  for (auto& [uid, all] : series) {
+    const auto [first, last] = std::minmax_element(
+        all.begin(), all.end(),
+        [&](const DicomSlice* a, const DicomSlice* b) { return *(a->*time_s) < *(b->*time_s); });
+    if (*((*last)->*time_s) - *((*first)->*time_s) <= 0.5 * kDay) continue;
+    for (DicomSlice* slice : all)
+      if (*(slice->*time_s) < 0.5 * kDay) slice->*time_s = *(slice->*time_s) + kDay;
+  }
 }
 
 /// A whole file that holds no slice.
@@ -396,6 +412,8 @@ Result<DicomScan> scan_dicom(const std::filesystem::path& input) {
                          ? ""
                          : fmt::format(" (modality {})", fmt::join(other_modalities, ", ")));
   }
+  unwrap_midnight(scan.slices, &DicomSlice::acquisition_time_s);
+  unwrap_midnight(scan.slices, &DicomSlice::content_time_s);
   if (!left_out.empty()) scan.notes.push_back(left_out_note(left_out));
   if (copies > 0) {
     scan.notes.push_back(

@@ -31,17 +31,17 @@ bool have_same_shape(const DicomSlice& a, const DicomSlice& b) {
 
 /// Slices that could belong together by their owner, shape and name.
 std::vector<Group> sets_of(const Slices& slices, const Group& all) {
-  struct Set {
+  struct SliceSet {
     std::string owner, name;
     Group slices;
   };
-  std::vector<Set> sets;
+  std::vector<SliceSet> sets;
   std::map<std::string, std::string> name_of;  // of each series
   for (const size_t s : all) {
     const DicomSlice& slice = slices[s];
     auto [known, is_new] = name_of.emplace(slice.series, std::string());
     if (is_new) known->second = phase_name(slice.series_description).rest;
-    const auto found = std::find_if(sets.begin(), sets.end(), [&](const Set& set) {
+    const auto found = std::find_if(sets.begin(), sets.end(), [&](const SliceSet& set) {
       return set.owner == slice.owner && set.name == known->second &&
              have_same_shape(slices[set.slices.front()], slice);
     });
@@ -51,7 +51,7 @@ std::vector<Group> sets_of(const Slices& slices, const Group& all) {
       found->slices.push_back(s);
   }
   std::vector<Group> groups;
-  for (Set& set : sets) groups.push_back(std::move(set.slices));
+  for (SliceSet& set : sets) groups.push_back(std::move(set.slices));
   return groups;
 }
 
@@ -275,14 +275,14 @@ Result<DicomLayout> choose_among(const Path& name, const Slices& slices, const G
       return component_of(slices[image->slices.front()]);
     };
     const auto magnitudes = std::count_if(pool.begin(), pool.end(), [&](const DicomImage* image) {
-      return component(image) == Component::kMagnitude;
+      return component(image) == SignalPart::kMagnitude;
     });
     const auto others = std::count_if(pool.begin(), pool.end(), [&](const DicomImage* image) {
-      return component(image) == Component::kOther;
+      return component(image) == SignalPart::kOther;
     });
     if (magnitudes == 1 && size_t(others) + 1 == pool.size())
       prefer(pool,
-             [&](const DicomImage* image) { return component(image) == Component::kMagnitude; });
+             [&](const DicomImage* image) { return component(image) == SignalPart::kMagnitude; });
   }
   if (pool.size() > 1) {
     std::set<std::string> reasons;

@@ -154,9 +154,12 @@ void ShownVolume::record_motion(vulkan::Recorder& recorder, const ShownFrames& f
   const std::span<glm::vec4> weights = weights_.as<glm::vec4>();
   for (size_t n = 0; n < size_t(time.count); ++n)
     weights[n] = glm::vec4(time.weight[n], time.term[n], 0.0F, 0.0F);
-  recorder.dispatch(kernels_.motion_at(frames.whole->texels.whole()),
-                    {weights_, frames.whole->texels, motion_, frames.whole->terms},
-                    MotionAtPush{glm::ivec4(size, time.count)}, rows(size));
+  // As texels they may be more than a storage buffer binds; something is bound there all the same.
+  const bool as_texels = frames.whole->texels.whole();
+  recorder.dispatch(
+      kernels_.motion_at(as_texels),
+      {weights_, frames.whole->texels, motion_, as_texels ? weights_ : frames.whole->terms},
+      MotionAtPush{glm::ivec4(size, time.count)}, rows(size));
 }
 
 void ShownVolume::record_nodes(vulkan::Recorder& recorder, const ShownFrames& frames) {

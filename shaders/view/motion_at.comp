@@ -9,7 +9,7 @@
 // 1        in         rgba32f  terms x field (z,y,x)  u in voxels of the volume
 // 2        out        rgba32f  field (z, y, x)        u in voxels of the volume; w: 1
 // 3        in         vec4     as 1                   the same buffer, read where kTexels is 0: the device has
-//                                                     too few texels for it
+//                                                     too few texels for it; else any buffer, not read
 //
 // One invocation: one sample. Precision: fp32. Race: each output written once.
 // CPU oracle: SequenceMap::displacement.

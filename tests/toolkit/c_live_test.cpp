@@ -252,7 +252,8 @@ TEST_F(CLive, RefusesFramesAndScenesThatCanNotBeLive) {
               HasSubstr("not in the future"));
   PalGrid grid = first.info.grid;
   grid.spacing_mm[2] = 0.0;
-  EXPECT_THAT(refusal(push(&grid, PAL_FLOAT32, samples, 0)), HasSubstr("PalGrid"));
+  EXPECT_THAT(refusal(push(&grid, PAL_FLOAT32, samples, 0)),
+              HasSubstr("can not be: it needs samples"));
   std::vector<float> bad = first.samples[0];
   bad[5] = std::nanf("");
   EXPECT_THAT(refusal(push(nullptr, PAL_FLOAT32, bad.data(), 0)), HasSubstr("not finite"));

@@ -270,7 +270,7 @@ def test_a_motion_can_be_copied_to_another_process(pair):
     (lambda fixed, moving, motion: motion.step("0"), TypeError, "a step must be a whole number, not str"),
     (lambda fixed, moving, motion: motion.at(None), TypeError, "time_s must be a number"),
     (lambda fixed, moving, motion: motion.warp(moving, time_s="x"), TypeError, "time_s must be a number"),
-    (lambda fixed, moving, motion: palpate.Session("heart", strength_n=np.nan), ValueError, "strength_n must be a finite number"),
+    (lambda fixed, moving, motion: palpate.Session("heart", strength_n=np.nan), ValueError, "strength_n is nan, but a number from 0.01 to 1000 N is expected"),
     (lambda fixed, moving, motion: palpate.Session("heart", friction="much"), TypeError, "friction must be a number, not str"),
     (lambda fixed, moving, motion: palpate.Session("heart", wall=7), TypeError, "wall must be a text, not int")])
 def test_wrong_arguments_are_said_in_one_short_sentence(pair, wrong, kind, words):

@@ -214,12 +214,17 @@ def _text(value, name):
     raise TypeError(f"{name} must be a text, not {type(value).__name__}")
 
 
-def _number(value, name):
-    """A finite number. TypeError for what is none, ValueError for NaN and infinity."""
+def _any_number(value, name):
+    """A number, which the library checks. TypeError for what is none."""
     try:
-        number = float(value)
+        return float(value)
     except (TypeError, ValueError):
         raise TypeError(f"{name} must be a number, not {type(value).__name__}") from None
+
+
+def _number(value, name):
+    """A finite number. TypeError for what is none, ValueError for NaN and infinity."""
+    number = _any_number(value, name)
     if not np.isfinite(number):
         raise ValueError(f"{name} must be a finite number")
     return number
@@ -577,7 +582,7 @@ class Session:
                    "device_force_n": device_force_n}
         for name, number in numbers.items():
             if number is not None:
-                _number(number, name)
+                _any_number(number, name)
         texts = {"json": json, "wall": wall, "values": values, "image": image, "transform": transform, "device": device, "hand": hand,
                  "tool": tool, "preset": preset}
         for name, text in texts.items():
