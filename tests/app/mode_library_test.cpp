@@ -106,7 +106,7 @@ TEST(ModeLibrary, RefusesWhatIsNoLibraryOfModesInOneSentence) {
   EXPECT_THAT(refusal(folder / "absent.so"), HasSubstr("absent.so"));
   const Outcome made = run({"plan", "heart", "--modes", PALPATE_SNAP_MODE});
   EXPECT_EQ(made.exit_code, 2);
-  EXPECT_THAT(made.err, HasSubstr("give a scene file"));
+  EXPECT_THAT(made.err, HasSubstr("Libraries of haptic modes are for a scene file"));
 }
 
 }  // namespace

@@ -124,6 +124,8 @@ std::map<std::string, std::vector<std::vector<std::string>>> rows(const InputFol
       {"calibrate", "--falcon-firmware", in.at("firmware.bin"), "-o", in.at("firmware.bin")}};
   all["phantom --output"] = {};
   all["phantom --truth"] = {};
+  all["phantom --frame-files"] = {};
+  all["phantom --dicom"] = {};
   all["demo --output"] = {};
   return all;
 }

@@ -554,9 +554,9 @@ class Session:
         # In the C interface 0 is the default; here that is None.
         for name, given in (("strength_n", strength_n), ("width", width), ("frames_per_second", frames_per_second), ("scale", scale),
                             ("lets_go_s", lets_go_s), ("watchdog_s", watchdog_s)):
-            if given is not None and given == 0:
+            if given is not None and _any_number(given, name) == 0:
                 raise ValueError(f"{name} is 0: give a number above it, or leave it out for what palpate chooses")
-        if friction is not None and friction < 0:
+        if friction is not None and _any_number(friction, "friction") < 0:
             raise ValueError(f"friction is {friction}, but a number not below 0 is expected")
         paths = _paths(scene)
         arrays = grid = None
