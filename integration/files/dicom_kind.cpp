@@ -15,7 +15,9 @@ namespace {
 /// Echo times and the like are equal if they agree to about a hundredth: scanners write what they
 /// could realise.
 std::string rounded(std::optional<double> value) {
-  return value ? fmt::format("{:.3g}", *value) : std::string();
+  if (!value) return {};
+  // Rounded, then written without an exponent: 1000, not 1e+03.
+  return fmt::format("{:g}", to_number(fmt::format("{:.3g}", *value)).value_or(*value));
 }
 
 /// True if the block of private elements of `group` is the maker's.

@@ -250,7 +250,13 @@ Status add_tiles(const DicomElements& elements, const DicomSlice& picture,
                  std::vector<DicomSlice>& slices) {
   const Mosaic mosaic = mosaic_of(elements);
   const int across = int(std::ceil(std::sqrt(double(mosaic.tiles))));
-  if (mosaic.tiles < 1 || picture.size.x % across != 0 || picture.size.y % across != 0) {
+  if (mosaic.tiles > 0 && (picture.size.x % across != 0 || picture.size.y % across != 0)) {
+    return bad_input(picture.file,
+                     "is a mosaic of {} slices that do not fit its {} x {} pixels: convert the "
+                     "original files with dcm2niix, and give palpate the NIfTI file",
+                     mosaic.tiles, picture.size.x, picture.size.y);
+  }
+  if (mosaic.tiles < 1) {
     return bad_input(picture.file,
                      "is a mosaic of slices that does not say how many they are: convert "
                      "it with dcm2niix, and give palpate the NIfTI file");

@@ -132,20 +132,23 @@ TEST(TheEndOfARun, IsOrderlyBesideAThreadThatIsOlderThanMain) {
 }
 
 TEST(TheStartOfARun, ObeysASignalAtOnceAndLeavesNothing) {
-  const TemporaryFolder folder;
-  for (int k = 0; k < 3; ++k) {
+  // Making the heart takes longer than installing the signal handlers, but on a busy machine the
+  // program may be further when the signal comes: then it ends as a run does.
+  int at_start = 0;
+  for (int k = 0; k < 20 && at_start < 3; ++k) {
+    const TemporaryFolder folder;
     Program program(
         {"feel", "heart", "--headset", "off", "--device", "simulated", "--csv", folder / "t.csv"});
-    // Making the heart takes longer than installing the signal handlers.
     ASSERT_TRUE(wait_until([&] { return program.handles(SIGTERM); }));
-    ASSERT_EQ(program.said().find("Volume"), std::string::npos)
-        << "the heart was finished too early for this test";
     program.signal(SIGTERM);
     const Outcome outcome = program.wait();
+    if (outcome.exit_code == 0) continue;
+    ++at_start;
     EXPECT_EQ(outcome.exit_code, 1);
     EXPECT_EQ(outcome.err, "palpate: Stopped as asked, before anything began.\n");
     EXPECT_FALSE(fs::exists(folder / "t.csv"));
   }
+  EXPECT_EQ(at_start, 3);
 }
 
 TEST(AReaderThatGoesAway, DoesNotEndTheWork) {
