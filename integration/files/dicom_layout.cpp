@@ -512,6 +512,32 @@ void find_times(const Slices& slices, const OrderKey& key, DicomLayout& layout) 
     use([&](const DicomSlice& s) { return since_first(s.content_time_s, first.content_time_s); });
 }
 
+/// The slices of the last frame where a scan was stopped before it was complete; empty where none
+/// is, or where what is missing may be something else. Heart and breath give slices another number
+/// of phases, so nothing is left out of what they steer.
+Group stopped_frame(const Slices& slices, const std::vector<Group>& places) {
+  for (const auto number : {&DicomSlice::temporal_position, &DicomSlice::acquisition_number}) {
+    std::map<double, Group> frames;
+    bool tells = true;
+    for (const Group& place : places) {
+      std::set<double> seen;
+      for (const size_t s : place) {
+        const auto& value = slices[s].*number;
+        tells = tells && value && !slices[s].is_gated && !slices[s].trigger_time_ms &&
+                seen.insert(*value).second;
+        if (tells) frames[*value].push_back(s);
+      }
+    }
+    if (!tells || frames.size() < 3) continue;
+    const bool rest_is_whole =
+        std::all_of(frames.begin(), std::prev(frames.end()),
+                    [&](const auto& frame) { return frame.second.size() == places.size(); });
+    if (rest_is_whole && frames.rbegin()->second.size() < places.size())
+      return frames.rbegin()->second;
+  }
+  return {};
+}
+
 bool is_letter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
 }
@@ -625,8 +651,21 @@ PhaseName phase_name(const std::string& description) {
 }
 
 Result<DicomLayout> arrange_slices(const Path& name, const Slices& slices, const Group& all) {
-  const double rounding = rounding_mm(slices, all);
   std::vector<Group> places = places_of(slices, all);
+  if (const Group broken_off = stopped_frame(slices, places); !broken_off.empty()) {
+    Group whole = all;
+    std::erase_if(whole, [&](size_t s) {
+      return std::find(broken_off.begin(), broken_off.end(), s) != broken_off.end();
+    });
+    auto layout = arrange_slices(name, slices, whole);
+    if (layout) {
+      layout->notes.push_back(
+          fmt::format("The last frame is left out: it has {} of {} slices, the scan was stopped.",
+                      broken_off.size(), places.size()));
+    }
+    return layout;
+  }
+  const double rounding = rounding_mm(slices, all);
   if (const Status complete = check_complete(name, slices, places); !complete)
     return complete.error();
   auto grid = grid_of(name, slices, places, rounding);

@@ -554,6 +554,26 @@ TEST_F(DicomStudy, IsRefusedWhereAFrameLacksASliceAndAnotherHasItTwice) {
   EXPECT_THAT(refusal(), HasSubstr("none of slice"));
 }
 
+TEST_F(DicomStudy, ThatWasStoppedLosesItsLastFrameOnly) {
+  for (const unsigned tag : {kTagTemporalPosition, kTagAcquisitionNumber}) {
+    for (const bool is_gated : {false, true}) {
+      for (int t = 0; t < 4; ++t)
+        for (int z = 0; z < (t < 3 ? 4 : 2); ++z)
+          image(t, z, [&](DicomFile& file) {
+            file.more[tag] = fmt::format("IS{}", t + 1);
+            if (is_gated) file.more[kNominalInterval] = "IS900";
+          });
+      if (is_gated) {
+        EXPECT_THAT(refusal(), HasSubstr("of the others"));
+      } else {
+        EXPECT_EQ(order(), up_to(3));
+        EXPECT_THAT(notes(), Contains(HasSubstr("it has 2 of 4 slices")));
+      }
+      clear();
+    }
+  }
+}
+
 TEST_F(DicomStudy, OfRepetitionsAndPhasesIsNoSequence) {
   stacks(6, [](DicomFile& file, int t) {
     file.more[kTagTriggerTime] = fmt::format("DS{}", 100 * (t % 3));
