@@ -32,7 +32,7 @@ install(TARGETS palpate_c EXPORT palpateTargets
 install(EXPORT palpateTargets NAMESPACE palpate:: DESTINATION ${palpate_package_dir}
         COMPONENT palpate_development)
 install(FILES ${PROJECT_SOURCE_DIR}/integration/toolkit/palpate.h
-              ${PROJECT_SOURCE_DIR}/integration/scenes/palpate_mode.h
+              ${PROJECT_SOURCE_DIR}/integration/loading/palpate_mode.h
         DESTINATION ${palpate_header_dir} COMPONENT palpate_development)
 # Where Debian has the examples of a library; without those that are built in the source tree alone.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/examples/

@@ -3,7 +3,8 @@
      cc -std=c99 -O2 -shared -fPIC my_mode.c $(pkg-config --cflags palpate) -lm -o libmy_mode.so
      palpate feel my_mode.json --modes ./libmy_mode.so
 
-   In a scene, a mode of the kind "snap-c" has the iso-value as "gain" and the reach (m) as "range_m". */
+   In a scene, a mode of the kind "snap-c" has the iso-value as "gain" and the reach (m) as
+   "range_m". */
 #include <math.h>
 #include <palpate_mode.h>
 #include <stdio.h>

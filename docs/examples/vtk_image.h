@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "integration/files/raster_file.h"
+#include "integration/files/raster/raster_file.h"
 #include "integration/files/sentences.h"
 #include "integration/files/text.h"
 

@@ -12,7 +12,7 @@
 #include "integration/app/summary.h"
 #include "integration/files/frames.h"
 #include "integration/files/landmarks.h"
-#include "integration/files/raster_file.h"
+#include "integration/files/raster/raster_file.h"
 #include "integration/files/read_volume.h"
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "integration/files/json_object.h"
+#include "integration/files/scene/json_object.h"
 
 namespace palpate::app {
 namespace {

@@ -5,9 +5,9 @@
 #include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
 #include "integration/files/atomic_file.h"
-#include "integration/files/scene_file.h"
+#include "integration/files/scene/scene_file.h"
 #include "integration/files/sentences.h"
-#include "integration/scenes/load_scene.h"
+#include "integration/loading/load_scene.h"
 #include "integration/x3d/x3d_file.h"
 #include "module/scene/analytic_data.h"
 #include "module/scene/make_volume.h"
@@ -47,7 +47,7 @@ Status convert(const fs::path& input, const fs::path& output, Console& console) 
                              "is neither .json nor .x3d: name a file with one of these "
                              "endings");
   if (const Status can = files::check_can_write_file(output); !can) return can;
-  auto loaded = scenes::load_scene({input}, {});
+  auto loaded = loading::load_scene({input}, {});
   if (!loaded) return loaded.error();
   SceneSpec spec = loaded->spec;
   // The scene as written, before its data were loaded. Modes that were chosen are kept.

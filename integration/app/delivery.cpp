@@ -7,8 +7,8 @@
 #include "integration/app/summary.h"
 #include "integration/charts/charts.h"
 #include "integration/files/frames.h"
-#include "integration/files/write_field.h"
-#include "integration/files/write_volume.h"
+#include "integration/files/raster/write_field.h"
+#include "integration/files/raster/write_volume.h"
 
 namespace palpate::app {
 namespace {

@@ -2,8 +2,8 @@
 #include "integration/app/feel_run.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/series_option.h"
-#include "integration/files/option_ranges.h"
-#include "integration/files/scene_file.h"
+#include "integration/files/scene/option_ranges.h"
+#include "integration/files/scene/scene_file.h"
 #include "module/scene/look.h"
 
 namespace palpate::app {
@@ -142,7 +142,7 @@ void add_frame_rate(CLI::App& app, double& frames_per_second) {
       ->check(number_in(files::kFrameRates));
 }
 
-void add_values(CLI::App& app, scenes::SequenceChoices& choices) {
+void add_values(CLI::App& app, loading::SequenceChoices& choices) {
   std::vector<std::string> words;
   for (const auto& [word, values] : files::SceneWords::kValues) words.emplace_back(word);
   app.add_option_function<std::string>(
@@ -160,8 +160,8 @@ void add_values(CLI::App& app, scenes::SequenceChoices& choices) {
   add_nan_as(app, choices.nan_as, ", as SPM and fMRIPrep write outside the body");
 }
 
-void add_wall(CLI::App& app, scenes::SequenceChoices& choices) {
-  using scenes::FeltWall;
+void add_wall(CLI::App& app, loading::SequenceChoices& choices) {
+  using loading::FeltWall;
   app.add_option_function<std::string>(
          "--wall",
          [&choices](const std::string& word) {
@@ -177,7 +177,7 @@ void add_wall(CLI::App& app, scenes::SequenceChoices& choices) {
       ->excludes(app.get_option("--segments"));
 }
 
-void add_modes(CLI::App& app, scenes::SequenceChoices& choices) {
+void add_modes(CLI::App& app, loading::SequenceChoices& choices) {
   app.add_option("--modes", choices.mode_libraries,
                  "Libraries (.so) with haptic modes of your own, which a scene file may name: code "
                  "that is run (docs/writing-a-mode.md)")
@@ -185,7 +185,7 @@ void add_modes(CLI::App& app, scenes::SequenceChoices& choices) {
       ->check(an_existing_file());
 }
 
-void add_segments(CLI::App& app, scenes::SequenceChoices& choices) {
+void add_segments(CLI::App& app, loading::SequenceChoices& choices) {
   app.add_option("--folder", choices.folder,
                  "Folder in which the files that a scene file names are; else beside it")
       ->type_name("DIR")

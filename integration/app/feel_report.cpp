@@ -201,7 +201,7 @@ std::string advised(const headset::HeadsetEvent& event) {
   return event.sentence;
 }
 
-nlohmann::json serving_json(const sessions::ConnectedSession& run) {
+nlohmann::json serving_json(const running::ConnectedSession& run) {
   const auto scene = run.session->scene();
   const MovingVolume& first = *scene->volumes.front().data;
   return {{"event", "serving"},
@@ -212,7 +212,7 @@ nlohmann::json serving_json(const sessions::ConnectedSession& run) {
           {"live", run.live != nullptr}};
 }
 
-nlohmann::json served_json(const sessions::ConnectedSession& run) {
+nlohmann::json served_json(const running::ConnectedSession& run) {
   const openigtlink::Server& server = run.server->server();
   nlohmann::json json = {
       {"event", "ended"}, {"messages_sent", server.sent()}, {"messages_missed", server.missed()}};

@@ -7,13 +7,13 @@
 #include "compute/volume/result.h"
 #include "integration/charts/timeline.h"
 #include "integration/headset/headset_event.h"
-#include "integration/sessions/connected_session.h"
+#include "integration/running/connected_session.h"
 
 namespace palpate::app {
 
-using sessions::CauseTime;
-using sessions::FeelNumbers;
-using sessions::TickRow;
+using running::CauseTime;
+using running::FeelNumbers;
+using running::TickRow;
 
 /// What can be said of a scene before anything is felt, volume by volume. live: its frames come
 /// from a live source.
@@ -43,8 +43,8 @@ std::string advised(const headset::HeadsetEvent& event);
 
 /// What a server sends, once clients may connect, and what it has sent at the end: for programs,
 /// see docs/openigtlink.md.
-nlohmann::json serving_json(const sessions::ConnectedSession& run);
-nlohmann::json served_json(const sessions::ConnectedSession& run);
+nlohmann::json serving_json(const running::ConnectedSession& run);
+nlohmann::json served_json(const running::ConnectedSession& run);
 
 /// Force, depth and phase over time, with title and subtitle.
 charts::Timeline feel_timeline(const std::string& title, const FeelNumbers& numbers,

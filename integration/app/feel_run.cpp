@@ -22,10 +22,10 @@
 #include "integration/files/atomic_file.h"
 #include "integration/files/frames.h"
 #include "integration/files/vtk_lines.h"
-#include "integration/scenes/tubes_file.h"
-#include "integration/sessions/connected_session.h"
-#include "integration/sessions/replay.h"
-#include "module/haptics/emergency.h"
+#include "integration/loading/tubes_file.h"
+#include "integration/running/connected_session.h"
+#include "integration/running/replay.h"
+#include "module/haptics/servo/emergency.h"
 #include "module/session/gallery.h"
 
 namespace palpate::app {
@@ -34,12 +34,12 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 using headset::GatedDevice;
-using sessions::FeltServer;
-using sessions::FlightRecorder;
-using sessions::FlightRecorderOptions;
-using sessions::LiveSource;
-using sessions::LiveSourceOptions;
-using sessions::ToolSource;
+using running::FeltServer;
+using running::FlightRecorder;
+using running::FlightRecorderOptions;
+using running::LiveSource;
+using running::LiveSourceOptions;
+using running::ToolSource;
 
 // a longer silence while reading is reported
 constexpr auto kSilence = std::chrono::milliseconds(500);
@@ -104,7 +104,7 @@ class FeelRun {
         }))
       second_hand_ = std::make_unique<devices::SpaceMouse>();
     if (viewers_.headset) fit_to_headset(*scene);
-    if (opened_.controller || opened_.tool) sessions::stand_in_true_size(*scene);
+    if (opened_.controller || opened_.tool) running::stand_in_true_size(*scene);
     for (const std::string& line : scene_lines(*scene, connected_.live != nullptr))
       console_.say(line);
     if (command_.hand) console_.say(fmt::format("Device    {}", opened_.why));
@@ -168,16 +168,16 @@ class FeelRun {
   }
 
   Result<LoadedScene> scene_and_device(const ForceDeviceChoice& choice,
-                                       const scenes::OnDoing& doing) {
+                                       const loading::OnDoing& doing) {
     const bool live = openigtlink::is_place(command_.inputs.front().string());
     if (live)
       if (const Status opened = open_live(); !opened) return opened.error();
-    scenes::SequenceChoices choices = command_.sequence;
+    loading::SequenceChoices choices = command_.sequence;
     choices.finds_motion = !command_.no_motion && command_.record.empty();
     choices.holds_frames = choices.finds_motion;
     auto scene = live            ? connected_.live->load(choices, command_.hand, doing)
-                 : command_.hand ? scenes::load_scene(command_.inputs, choices, doing)
-                                 : scenes::load_shown_scene(command_.inputs, choices, doing);
+                 : command_.hand ? loading::load_scene(command_.inputs, choices, doing)
+                                 : loading::load_shown_scene(command_.inputs, choices, doing);
     if (!scene) return scene;
     apply_choices(*scene);
     if (command_.hand) doing("looking for a surface to touch");
@@ -272,7 +272,7 @@ class FeelRun {
     SafetyOptions& safety = options.haptics.safety;
     safety.max_force_n = spec.max_force_n;
     safety.dead_man = command_.dead_man;
-    sessions::set_watchdog(
+    running::set_watchdog(
         options, 1e-3 * command_.watchdog_ms,
         opened_.simulated || opened_.mouse || opened_.controller || opened_.tool || !command_.hand);
     if (viewers_.headset) GatedDevice::guard(safety);
@@ -481,7 +481,7 @@ class FeelRun {
       return done ? kExitOk : fail(console_, done.error());
     }
     const std::shared_ptr<const ReleasedTubes> tubes = connected_.session->tubes();
-    if (!command_.tubes.empty() && done) done = scenes::write_tubes(command_.tubes, *tubes);
+    if (!command_.tubes.empty() && done) done = loading::write_tubes(command_.tubes, *tubes);
     FlightRecorder& flight = connected_.flight;
     const auto& rows = flight.log()->rows();
     const FeelNumbers numbers = flight.log()->numbers();
@@ -576,7 +576,7 @@ class FeelRun {
   /// The window, once its display has gone away: the servo thread still uses its listener.
   std::unique_ptr<desktop::DesktopLoop> lost_window_;
   /// Ends its servo thread before the members above are destroyed.
-  sessions::ConnectedSession connected_;
+  running::ConnectedSession connected_;
   GatedDevice* gate_ = nullptr;       ///< its device, where there is a headset
   Viewers viewers_;                   ///< look at the session, which has been stopped
   std::unique_ptr<Gallery> gallery_;  ///< likewise
@@ -603,20 +603,20 @@ Result<std::string> periods_alone(FeelCommand command, CancelOnSignal& cancel) {
 }
 
 int replay_run(const FeelCommand& command, Console& console) {
-  scenes::SequenceChoices choices = command.sequence;
+  loading::SequenceChoices choices = command.sequence;
   choices.finds_motion = false;  // as during the recording
-  auto scene = scenes::load_scene(command.inputs, choices);
+  auto scene = loading::load_scene(command.inputs, choices);
   if (!scene) return fail(console, scene.error());
   if (!command.tubes.empty())
     if (const Status can = files::check_can_write_vtk(command.tubes); !can)
       return fail(console, can.error());
   HandTubes tubes;
-  const auto replayed = sessions::replay_felt(*scene, command.replay, tubes);
+  const auto replayed = running::replay_felt(*scene, command.replay, tubes);
   if (!replayed) return fail(console, replayed.error());
   console.say(
-      fmt::format("Replayed  {} ticks: {}", replayed->ticks, sessions::replay_text(*replayed)));
+      fmt::format("Replayed  {} ticks: {}", replayed->ticks, running::replay_text(*replayed)));
   if (!command.tubes.empty()) {
-    if (const Status written = scenes::write_tubes(command.tubes, *tubes.tubes()); !written)
+    if (const Status written = loading::write_tubes(command.tubes, *tubes.tubes()); !written)
       return fail(console, written.error());
     console.say(tubes_text(*tubes.tubes()));
     console.say(fmt::format("Wrote     {}", command.tubes.string()));

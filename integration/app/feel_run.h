@@ -7,7 +7,7 @@
 
 #include "integration/app/force_device.h"
 #include "integration/app/gpu.h"
-#include "integration/scenes/load_scene.h"
+#include "integration/loading/load_scene.h"
 #include "module/session/scene_picture.h"
 
 namespace palpate::app {
@@ -15,7 +15,7 @@ namespace palpate::app {
 /// The options of palpate feel and of the commands that share its run.
 struct FeelCommand {
   std::vector<std::filesystem::path> inputs;
-  scenes::SequenceChoices sequence;
+  loading::SequenceChoices sequence;
   ForceDeviceChoice device;
   DeviceOptions gpu;
   std::string preset;  ///< empty: "fast" for a live source, else "balanced"
@@ -66,14 +66,14 @@ constexpr int kServePort = 18945;
 /// Adds --fps.
 void add_frame_rate(CLI::App& app, double& frames_per_second);
 /// Adds the options of segmentations and of a scene's folder, shared by feel, view and plan.
-void add_segments(CLI::App& app, scenes::SequenceChoices& choices);
+void add_segments(CLI::App& app, loading::SequenceChoices& choices);
 /// Adds the options for the values of a sequence: one frame's, the mean, or each frame's own; and
 /// what NaN becomes.
-void add_values(CLI::App& app, scenes::SequenceChoices& choices);
+void add_values(CLI::App& app, loading::SequenceChoices& choices);
 /// Adds the options for the surface that is felt. After add_segments().
-void add_wall(CLI::App& app, scenes::SequenceChoices& choices);
+void add_wall(CLI::App& app, loading::SequenceChoices& choices);
 /// Adds --modes.
-void add_modes(CLI::App& app, scenes::SequenceChoices& choices);
+void add_modes(CLI::App& app, loading::SequenceChoices& choices);
 
 /// Adds the options of an OpenIGTLink source.
 void add_live(CLI::App& app, FeelCommand& command);

@@ -5,8 +5,8 @@
 
 #include "integration/app/option_checks.h"
 #include "integration/devices/force_devices.h"
-#include "integration/sessions/simulated_hand.h"
-#include "integration/sessions/tool_source.h"
+#include "integration/running/simulated_hand.h"
+#include "integration/running/tool_source.h"
 
 namespace palpate::app {
 namespace {
@@ -16,7 +16,7 @@ constexpr double kMouseStart = 0.9;  // of the reach, towards the person: in fro
 
 Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, LoadedScene& scene, bool fit,
                                const std::string& why) {
-  auto hand = sessions::simulated_hand({choice.hand, choice.path, choice.lets_go_at_s}, scene, fit);
+  auto hand = running::simulated_hand({choice.hand, choice.path, choice.lets_go_at_s}, scene, fit);
   if (!hand) return hand.error();
   OpenedDevice opened;
   opened.why = why + " " + hand->sentence;
@@ -39,7 +39,7 @@ OpenedDevice mouse(std::string why) {
 
 OpenedDevice controller(std::string why) {
   // Like a tracked tool, in true size, but with 90 or more positions a second.
-  PositionSourceOptions options = sessions::tool_probe();
+  PositionSourceOptions options = running::tool_probe();
   options.kind = "controller";
   options.settle_per_s = kControllerSettle_per_s;
   auto probe = std::make_unique<PositionSource>(options);
@@ -51,7 +51,7 @@ OpenedDevice controller(std::string why) {
 }
 
 OpenedDevice tool() {
-  auto probe = std::make_unique<PositionSource>(sessions::tool_probe());
+  auto probe = std::make_unique<PositionSource>(running::tool_probe());
   OpenedDevice opened;
   opened.tool = probe.get();
   opened.device = std::move(probe);

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "integration/scenes/load_scene.h"
+#include "integration/loading/load_scene.h"
 #include "module/haptics/device.h"
-#include "module/haptics/position_source.h"
+#include "module/haptics/servo/position_source.h"
 
 namespace palpate::app {
 

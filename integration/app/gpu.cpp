@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "integration/app/option_checks.h"
-#include "integration/files/option_ranges.h"
+#include "integration/files/scene/option_ranges.h"
 
 namespace palpate::app {
 void add_gpu_option(CLI::App& command, DeviceOptions& options) {

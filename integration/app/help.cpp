@@ -4,7 +4,7 @@
 #include "integration/app/command_line.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/program.h"
-#include "integration/files/json_object.h"
+#include "integration/files/scene/json_object.h"
 
 namespace palpate::app {
 namespace {

@@ -18,10 +18,10 @@
 #include "integration/app/summary.h"
 #include "integration/files/atomic_file.h"
 #include "integration/files/frames.h"
-#include "integration/files/option_ranges.h"
+#include "integration/files/raster/write_volume.h"
+#include "integration/files/scene/option_ranges.h"
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
-#include "integration/files/write_volume.h"
 
 namespace palpate::app {
 namespace {

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "compute/motion/options.h"
-#include "integration/files/json_object.h"
+#include "integration/files/scene/json_object.h"
 
 namespace palpate::app {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "integration/files/number_range.h"
+#include "integration/files/scene/number_range.h"
 
 namespace palpate::app {
 

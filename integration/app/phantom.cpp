@@ -13,10 +13,10 @@
 #include "integration/app/outputs.h"
 #include "integration/app/progress.h"
 #include "integration/files/atomic_file.h"
-#include "integration/files/dicom_writer.h"
+#include "integration/files/dicom/dicom_writer.h"
+#include "integration/files/raster/write_field.h"
+#include "integration/files/raster/write_volume.h"
 #include "integration/files/sentences.h"
-#include "integration/files/write_field.h"
-#include "integration/files/write_volume.h"
 
 namespace palpate::app {
 namespace {

@@ -6,15 +6,15 @@
 #include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
 #include "integration/app/series_option.h"
-#include "integration/scenes/load_scene.h"
-#include "module/haptics/scene.h"
+#include "integration/loading/load_scene.h"
+#include "module/haptics/scene/scene.h"
 
 namespace palpate::app {
 namespace {
 
-int run(const std::vector<std::filesystem::path>& inputs, const scenes::SequenceChoices& choices) {
+int run(const std::vector<std::filesystem::path>& inputs, const loading::SequenceChoices& choices) {
   Console console(false, false);
-  const auto scene = scenes::load_scene(inputs, choices);
+  const auto scene = loading::load_scene(inputs, choices);
   if (!scene) return fail(console, scene.error());
   const auto planned = plan(scene->spec, scene->data, scene->kinds);
   if (!planned) return fail(console, planned.error());
@@ -32,7 +32,7 @@ int run(const std::vector<std::filesystem::path>& inputs, const scenes::Sequence
 
 Command add_plan(CLI::App& program) {
   auto inputs = std::make_shared<std::vector<std::filesystem::path>>();
-  auto choices = std::make_shared<scenes::SequenceChoices>();
+  auto choices = std::make_shared<loading::SequenceChoices>();
   CLI::App* app = program.add_subcommand(
       "plan", "Say what a scene needs in each haptic frame, what is left out, and why");
   app->add_option("input", *inputs, "heart, shell, molecule, a scene file, or a sequence")

@@ -5,10 +5,10 @@
 #include "compute/volume/memory.h"
 #include "integration/app/summary.h"
 #include "integration/charts/charts.h"
-#include "integration/files/raster.h"
+#include "integration/files/raster/raster.h"
+#include "integration/files/raster/write_field.h"
+#include "integration/files/raster/write_volume.h"
 #include "integration/files/sequence_motion_file.h"
-#include "integration/files/write_field.h"
-#include "integration/files/write_volume.h"
 
 namespace palpate::app {
 namespace {

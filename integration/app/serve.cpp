@@ -3,7 +3,7 @@
 #include "integration/app/gpu.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/series_option.h"
-#include "integration/files/option_ranges.h"
+#include "integration/files/scene/option_ranges.h"
 
 namespace palpate::app {
 
@@ -12,7 +12,7 @@ Command add_serve(CLI::App& program) {
   command->hand = command->view.hand = false;
   command->headset = "off";
   command->serve_port = kServePort;
-  command->sequence.wall = scenes::FeltWall::kNotFelt;
+  command->sequence.wall = loading::FeltWall::kNotFelt;
   CLI::App* app = program.add_subcommand(
       "serve",
       "Send a moving volume and its motion to OpenIGTLink clients (3D Slicer), without a hand or "

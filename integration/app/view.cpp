@@ -11,8 +11,8 @@
 #include "integration/app/outputs.h"
 #include "integration/app/picture_file.h"
 #include "integration/app/series_option.h"
-#include "integration/files/option_ranges.h"
-#include "integration/sessions/live_source.h"
+#include "integration/files/scene/option_ranges.h"
+#include "integration/running/live_source.h"
 #include "module/scene/drive.h"
 
 namespace palpate::app {
@@ -58,11 +58,11 @@ Status write_one_eye(const fs::path& path, const Picture& picture) {
 Result<LoadedScene> shown_scene(const FeelCommand& command, Console& console) {
   const std::string place = command.inputs.front().string();
   if (!openigtlink::is_place(place))
-    return scenes::load_shown_scene(command.inputs, command.sequence);
-  sessions::LiveSourceOptions options;
+    return loading::load_shown_scene(command.inputs, command.sequence);
+  running::LiveSourceOptions options;
   options.image = command.live_image;
   options.on_note = [&console](const std::string& note) { console.say("Live      " + note); };
-  auto source = sessions::LiveSource::open(server_address(command, place), std::move(options));
+  auto source = running::LiveSource::open(server_address(command, place), std::move(options));
   return source ? (*source)->load(command.sequence, false, {}) : source.error();
 }
 
@@ -117,7 +117,7 @@ Status draw(const FeelCommand& command, double frame, Console& console, std::sto
 int run(FeelCommand command, double frame) {
   command.hand = command.view.hand = false;
   command.no_motion = true;
-  command.sequence.wall = scenes::FeltWall::kNotFelt;
+  command.sequence.wall = loading::FeltWall::kNotFelt;
   if (command.picture.empty() && command.headless.empty()) return run_feel(command);
   Console console(command.quiet, false);
   const CancelOnSignal cancel;

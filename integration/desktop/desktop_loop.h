@@ -8,7 +8,7 @@
 #include "integration/desktop/force_tap.h"
 #include "integration/desktop/pointing.h"
 #include "integration/desktop/window.h"
-#include "module/haptics/position_source.h"
+#include "module/haptics/servo/position_source.h"
 #include "module/session/live_picture.h"
 
 namespace palpate::desktop {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "module/haptics/mailbox.h"
-#include "module/haptics/servo_loop.h"
+#include "module/haptics/servo/mailbox.h"
+#include "module/haptics/servo/servo_loop.h"
 
 namespace palpate::desktop {
 

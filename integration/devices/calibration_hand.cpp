@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "module/haptics/monotonic.h"
+#include "module/haptics/servo/monotonic.h"
 
 namespace palpate::devices {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "module/haptics/device.h"
-#include "module/haptics/mailbox.h"
+#include "module/haptics/servo/mailbox.h"
 
 namespace palpate::devices {
 

@@ -9,8 +9,8 @@
 #include "integration/devices/monotonic.h"
 #include "integration/devices/wake.h"
 #include "module/haptics/force_vector.h"
-#include "module/haptics/mailbox.h"
-#include "module/haptics/real_time.h"
+#include "module/haptics/servo/mailbox.h"
+#include "module/haptics/servo/real_time.h"
 
 namespace palpate::devices {
 namespace {

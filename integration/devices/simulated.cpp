@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "module/haptics/monotonic.h"
+#include "module/haptics/servo/monotonic.h"
 
 namespace palpate::devices {
 namespace {

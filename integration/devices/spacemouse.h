@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "module/haptics/second_hand.h"
+#include "module/haptics/servo/second_hand.h"
 
 namespace palpate::devices {
 

@@ -5,8 +5,8 @@
 
 #include "compute/volume/memory.h"
 #include "integration/files/frame_times.h"
-#include "integration/files/raster_file.h"
-#include "integration/files/samples.h"
+#include "integration/files/raster/raster_file.h"
+#include "integration/files/raster/samples.h"
 #include "integration/files/sentences.h"
 
 namespace palpate::files {

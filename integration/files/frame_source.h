@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "compute/volume/volume.h"
-#include "integration/files/raster.h"
+#include "integration/files/raster/raster.h"
 
 namespace palpate::files {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 
 #include "compute/volume/memory.h"
-#include "integration/files/dicom_frames.h"
+#include "integration/files/dicom/dicom_frames.h"
 #include "integration/files/frame_names.h"
 #include "integration/files/frame_source.h"
-#include "integration/files/raster_file.h"
+#include "integration/files/raster/raster_file.h"
 #include "integration/files/sentences.h"
 #include "integration/files/text.h"
 

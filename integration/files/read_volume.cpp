@@ -3,10 +3,10 @@
 #include "compute/volume/memory.h"
 #include "integration/files/frame_names.h"
 #include "integration/files/frame_source.h"
-#include "integration/files/raster_file.h"
-#include "integration/files/raw_header.h"
+#include "integration/files/raster/raster_file.h"
+#include "integration/files/raster/raw_header.h"
+#include "integration/files/raster/samples.h"
 #include "integration/files/read_sequence.h"
-#include "integration/files/samples.h"
 #include "integration/files/sentences.h"
 
 namespace palpate::files {

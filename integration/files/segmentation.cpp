@@ -8,8 +8,8 @@
 #include <set>
 
 #include "compute/volume/memory.h"
-#include "integration/files/raster_file.h"
-#include "integration/files/samples.h"
+#include "integration/files/raster/raster_file.h"
+#include "integration/files/raster/samples.h"
 #include "integration/files/sentences.h"
 #include "integration/files/text.h"
 

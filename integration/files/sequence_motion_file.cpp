@@ -2,10 +2,10 @@
 
 #include <fmt/ranges.h>
 
-#include "integration/files/image_writer.h"
-#include "integration/files/nrrd_fields.h"
-#include "integration/files/raster_file.h"
-#include "integration/files/samples.h"
+#include "integration/files/raster/image_writer.h"
+#include "integration/files/raster/nrrd_fields.h"
+#include "integration/files/raster/raster_file.h"
+#include "integration/files/raster/samples.h"
 #include "integration/files/sentences.h"
 #include "integration/files/text.h"
 

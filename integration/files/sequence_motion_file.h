@@ -6,7 +6,7 @@
 
 #include "compute/volume/result.h"
 #include "compute/volume/sequence_motion.h"
-#include "integration/files/raster.h"
+#include "integration/files/raster/raster.h"
 
 namespace palpate::files {
 

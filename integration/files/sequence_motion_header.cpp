@@ -1,8 +1,8 @@
 #include <cmath>
 
 #include "integration/files/frame_times.h"
-#include "integration/files/nrrd_fields.h"
-#include "integration/files/nrrd_header.h"
+#include "integration/files/raster/nrrd_fields.h"
+#include "integration/files/raster/nrrd_header.h"
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
 #include "integration/files/text.h"

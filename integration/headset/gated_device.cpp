@@ -1,6 +1,6 @@
 #include "integration/headset/gated_device.h"
 
-#include "module/haptics/monotonic.h"
+#include "module/haptics/servo/monotonic.h"
 
 namespace palpate::headset {
 

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "module/haptics/device.h"
-#include "module/haptics/safety.h"
+#include "module/haptics/guard/safety.h"
 
 namespace palpate::headset {
 

@@ -9,9 +9,9 @@
 #include "compute/vulkan/caught.h"
 #include "integration/headset/place_check.h"
 #include "integration/sound/contact_sound.h"
-#include "module/haptics/monotonic.h"
-#include "module/haptics/real_time.h"
-#include "module/haptics/snapshot_ahead.h"
+#include "module/haptics/scene/snapshot_ahead.h"
+#include "module/haptics/servo/monotonic.h"
+#include "module/haptics/servo/real_time.h"
 #include "module/xr/vibration.h"
 
 namespace palpate::headset {

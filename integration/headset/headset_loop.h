@@ -9,12 +9,12 @@
 #include <thread>
 #include <vector>
 
-#include "integration/files/calibration_file.h"
+#include "integration/files/scene/calibration_file.h"
 #include "integration/headset/gated_device.h"
 #include "integration/headset/headset_event.h"
 #include "integration/headset/probe_hand.h"
 #include "integration/headset/scene_hands.h"
-#include "module/haptics/position_source.h"
+#include "module/haptics/servo/position_source.h"
 #include "module/session/scene_picture.h"
 #include "module/xr/headset.h"
 #include "module/xr/volume_source.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "integration/files/raster.h"
+#include "integration/files/raster/raster.h"
 #include "integration/toolkit/handles.h"
 #include "integration/toolkit/options.h"
 

@@ -9,9 +9,9 @@
 
 #include "compute/motion/estimate_sequence.h"
 #include "compute/motion/sequence_quality.h"
-#include "integration/files/raster.h"
+#include "integration/files/raster/raster.h"
+#include "integration/files/raster/write_field.h"
 #include "integration/files/sequence_motion_file.h"
-#include "integration/files/write_field.h"
 #include "integration/toolkit/motion_content.h"
 #include "integration/toolkit/options.h"
 

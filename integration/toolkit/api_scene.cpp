@@ -4,20 +4,20 @@
 #include <algorithm>
 #include <cmath>
 
-#include "integration/files/scene_file.h"
+#include "integration/files/scene/scene_file.h"
 #include "integration/files/vtk_lines.h"
-#include "integration/scenes/load_scene.h"
-#include "integration/scenes/tubes_file.h"
-#include "integration/sessions/live_source.h"
-#include "integration/sessions/replay.h"
+#include "integration/loading/load_scene.h"
+#include "integration/loading/tubes_file.h"
+#include "integration/running/live_source.h"
+#include "integration/running/replay.h"
 #include "integration/toolkit/motion_content.h"
 #include "integration/toolkit/options.h"
-#include "module/haptics/scene.h"
+#include "module/haptics/scene/scene.h"
 
 namespace palpate::toolkit {
 namespace {
 
-Result<std::shared_ptr<const scenes::GivenVolume>> given_of(const PalFrames& frames) {
+Result<std::shared_ptr<const loading::GivenVolume>> given_of(const PalFrames& frames) {
   const auto refused = [&](const std::string& what) {
     return Error{ErrorKind::kBadInput,
                  fmt::format("The frames '{}' {}", frames.name ? frames.name : "", what)};
@@ -26,7 +26,7 @@ Result<std::shared_ptr<const scenes::GivenVolume>> given_of(const PalFrames& fra
   if (frames.frame_count == 0 || !frames.frames) return refused("are none");
   const auto grid = grid_of(frames.grid);
   if (!grid) return refused("have no sound grid: " + grid.error().message);
-  auto given = std::make_shared<scenes::GivenVolume>();
+  auto given = std::make_shared<loading::GivenVolume>();
   Sequence& sequence = given->frames;
   sequence.name = frames.name;
   for (uint32_t k = 0; k < frames.frame_count; ++k) {
@@ -48,7 +48,7 @@ Result<std::shared_ptr<const scenes::GivenVolume>> given_of(const PalFrames& fra
     if (!whole) return refused("have a motion that can not be used: " + whole.error().message);
     given->motion = std::move(*whole);
   }
-  return std::shared_ptr<const scenes::GivenVolume>(std::move(given));
+  return std::shared_ptr<const loading::GivenVolume>(std::move(given));
 }
 
 /// An array has the stride of the structure as the program knows it.
@@ -73,7 +73,7 @@ bool has_strings(const char* const* strings, uint64_t count) {
 }
 
 /// Reads the options of a sequence without a scene file.
-Status take_words(const PalSceneInfo& info, scenes::SequenceChoices& choices) {
+Status take_words(const PalSceneInfo& info, loading::SequenceChoices& choices) {
   const auto refused = [](const std::string& sentence) {
     return Error{ErrorKind::kBadInput, sentence};
   };
@@ -81,9 +81,9 @@ Status take_words(const PalSceneInfo& info, scenes::SequenceChoices& choices) {
     const std::string wall = info.wall;
     if (wall != "values" && wall != "region" && wall != "ridges")
       return refused("There is no wall '" + wall + "': values, region or ridges");
-    choices.wall = wall == "values"   ? scenes::FeltWall::kValues
-                   : wall == "region" ? scenes::FeltWall::kRegion
-                                      : scenes::FeltWall::kRidges;
+    choices.wall = wall == "values"   ? loading::FeltWall::kValues
+                   : wall == "region" ? loading::FeltWall::kRegion
+                                      : loading::FeltWall::kRidges;
   }
   if (info.values) {
     const auto& known = files::SceneWords::kValues;
@@ -128,10 +128,10 @@ Status check_numbers(const PalSceneInfo& info) {
 }
 
 /// The host's choices, checked and converted.
-Result<scenes::SequenceChoices> choices_of(const PalSceneInfo& info,
-                                           const std::vector<PalFrames>& all_frames) {
+Result<loading::SequenceChoices> choices_of(const PalSceneInfo& info,
+                                            const std::vector<PalFrames>& all_frames) {
   if (const Status checked = check_numbers(info); !checked) return checked.error();
-  scenes::SequenceChoices choices;
+  loading::SequenceChoices choices;
   if (info.iso_value) choices.iso_value = *info.iso_value;
   if (info.strength_n > 0.0) choices.strength_n = info.strength_n;
   if (info.friction != 0.0) choices.friction = std::max(info.friction, 0.0);
@@ -159,7 +159,7 @@ bool has_place(const PalSceneInfo& info) {
 }
 
 /// Loads the live scene, with the source of its frames.
-Result<LoadedScene> load_live(const PalSceneInfo& info, const scenes::SequenceChoices& choices,
+Result<LoadedScene> load_live(const PalSceneInfo& info, const loading::SequenceChoices& choices,
                               LiveOrigin& origin) {
   const auto refused = [](const char* sentence) { return Error{ErrorKind::kBadInput, sentence}; };
   constexpr double kUsualWait_s = 10.0;
@@ -174,17 +174,17 @@ Result<LoadedScene> load_live(const PalSceneInfo& info, const scenes::SequenceCh
     if (frames.frames.size() != 1 || given->second->motion)
       return refused("With PAL_SCENE_LIVE there is one frame, the first, and no motion");
     origin.first = frames.frames.front();
-    return sessions::live_scene(path, frames.frames.front(), choices, true,
-                                (info.flags & PAL_SCENE_MOVABLE) != 0);
+    return running::live_scene(path, frames.frames.front(), choices, true,
+                               (info.flags & PAL_SCENE_MOVABLE) != 0);
   }
   if (info.image) origin.image = info.image;
   if (info.transform) origin.transform = info.transform;
   if (!origin.transform.empty() && (info.flags & PAL_SCENE_MOVABLE))
     return refused("Either transforms of the server move the volume, or the host does");
-  sessions::LiveSourceOptions options;
+  running::LiveSourceOptions options;
   options.image = origin.image;
   options.transform = origin.transform;
-  auto source = sessions::LiveSource::open(path, std::move(options));
+  auto source = running::LiveSource::open(path, std::move(options));
   if (!source) return source.error();
   auto scene = (*source)->load(choices, true, {}, info.wait_s > 0.0 ? info.wait_s : kUsualWait_s);
   origin.place = path;
@@ -218,8 +218,8 @@ PalResult open_scene(PalContext* context, const PalSceneInfo* given, PalScene** 
   LiveOrigin origin;
   auto loaded = is_live ? load_live(info, *choices, origin)
                 : has_paths
-                    ? scenes::load_scene({info.paths, info.paths + info.path_count}, *choices)
-                    : scenes::load_scene_text(info.json, *choices);
+                    ? loading::load_scene({info.paths, info.paths + info.path_count}, *choices)
+                    : loading::load_scene_text(info.json, *choices);
   if (!loaded) return failed(loaded.error());
   if (info.flags & PAL_SCENE_FORGET_MOTION) forget_motion(*loaded);
   if (info.flags & PAL_SCENE_NO_MOTION) loaded->missing.clear();
@@ -252,10 +252,10 @@ PalResult replay(const PalScene* scene, const char* recording, const char* tubes
   if (tubes)
     if (const Status can = files::check_can_write_vtk(tubes); !can) return failed(can.error());
   HandTubes released;
-  const auto replayed = sessions::replay_felt(use->scene, recording, released);
+  const auto replayed = running::replay_felt(use->scene, recording, released);
   if (!replayed) return failed(replayed.error());
   if (tubes)
-    if (const Status written = scenes::write_tubes(tubes, *released.tubes()); !written)
+    if (const Status written = loading::write_tubes(tubes, *released.tubes()); !written)
       return failed(written.error());
   known.is_cut_off = replayed->cut_off;
   known.ticks = replayed->ticks;

@@ -7,12 +7,12 @@
 #include "compute/motion/options.h"
 #include "integration/devices/force_devices.h"
 #include "integration/files/atomic_file.h"
-#include "integration/scenes/replay_key.h"
-#include "integration/scenes/tubes_file.h"
-#include "integration/sessions/simulated_hand.h"
+#include "integration/loading/replay_key.h"
+#include "integration/loading/tubes_file.h"
+#include "integration/running/simulated_hand.h"
 #include "integration/toolkit/options.h"
 #include "integration/toolkit/session_content.h"
-#include "module/haptics/monotonic.h"
+#include "module/haptics/servo/monotonic.h"
 
 namespace palpate::toolkit {
 namespace {
@@ -144,12 +144,12 @@ PalResult take_host_device(const PalDevice& given, SessionContent& content) {
 
 PalResult take_simulated(const PalSessionInfo& info, const SceneContent& of_scene, Felt& felt,
                          SessionContent& content) {
-  sessions::HandChoice choice;
+  running::HandChoice choice;
   if (info.simulated_path) choice.path = info.simulated_path;
   if (info.simulated_hand) choice.hand = info.simulated_hand;
   if (info.lets_go_s > 0.0) choice.lets_go_at_s = info.lets_go_s;
-  auto hand = sessions::simulated_hand(choice, felt.scene,
-                                       felt.scene.from_sequence && !of_scene.keeps_size);
+  auto hand =
+      running::simulated_hand(choice, felt.scene, felt.scene.from_sequence && !of_scene.keeps_size);
   if (!hand) return failed(hand.error());
   felt.device = hand->device->info();
   content.connected.device = std::move(hand->device);
@@ -158,16 +158,16 @@ PalResult take_simulated(const PalSessionInfo& info, const SceneContent& of_scen
 }
 
 PalResult take_tool(const PalSessionInfo& info, Felt& felt, SessionContent& content) {
-  auto tool = sessions::ToolSource::open(
+  auto tool = running::ToolSource::open(
       info.device_name, info.tool ? info.tool : "",
       [notes = content.notes](const std::string& note) { notes->say(note); });
   if (!tool) return failed(tool.error());
   content.connected.tool = std::move(*tool);
-  auto probe = std::make_unique<PositionSource>(sessions::tool_probe());
+  auto probe = std::make_unique<PositionSource>(running::tool_probe());
   content.connected.tool_hand = probe.get();
   content.connected.device = std::move(probe);
   felt.is_harmless = true;
-  sessions::stand_in_true_size(felt.scene);
+  running::stand_in_true_size(felt.scene);
   return PAL_OK;
 }
 
@@ -205,7 +205,7 @@ Result<SessionOptions> options_of(const PalSessionInfo& info, const SceneContent
   options.haptics.safety.max_force_n =
       info.max_force_n > 0.0 ? info.max_force_n : of_scene.scene.spec.max_force_n;
   options.haptics.safety.dead_man = (info.flags & PAL_SESSION_DEAD_MAN) != 0;
-  sessions::set_watchdog(options, info.watchdog_s, is_harmless);
+  running::set_watchdog(options, info.watchdog_s, is_harmless);
   // Whether memory is locked is up to the host.
   options.servo.real_time.lock_memory = false;
   if (info.flags & PAL_SESSION_NO_REAL_TIME)
@@ -265,31 +265,31 @@ PalResult check(const PalSessionInfo& info, const SceneContent& of_scene) {
 }
 
 /// What is kept of the ticks.
-Result<sessions::FlightRecorder> start_flight(const PalSessionInfo& info, const Felt& felt,
-                                              const SafetyOptions& safety) {
-  sessions::FlightRecorderOptions options;
+Result<running::FlightRecorder> start_flight(const PalSessionInfo& info, const Felt& felt,
+                                             const SafetyOptions& safety) {
+  running::FlightRecorderOptions options;
   if (info.csv) options.table = info.csv;
   if (info.recording) options.recording = info.recording;
   if (info.black_box) {
     if (const Status can = files::check_can_write_folder(info.black_box); !can) return can.error();
     options.black_box = info.black_box;
   }
-  return sessions::FlightRecorder::start(options,
-                                         {felt.scene.spec, felt.device, safety, info.tube_buttons});
+  return running::FlightRecorder::start(options,
+                                        {felt.scene.spec, felt.device, safety, info.tube_buttons});
 }
 
 /// Connects to the server of a live scene; its images are followed when the session runs.
-Result<std::unique_ptr<sessions::LiveSource>> open_source(const PalSessionInfo& info,
-                                                          const SceneContent& of_scene,
-                                                          const LiveSequenceOptions& live) {
-  sessions::LiveSourceOptions options;
+Result<std::unique_ptr<running::LiveSource>> open_source(const PalSessionInfo& info,
+                                                         const SceneContent& of_scene,
+                                                         const LiveSequenceOptions& live) {
+  running::LiveSourceOptions options;
   options.image = of_scene.live->image;
   options.transform = of_scene.live->transform;
   options.keep_cycles = !(info.flags & PAL_SESSION_FOLLOW);
   options.preset = live.preset;
   options.open_context = live.open_context;
   options.on_note = live.on_note;
-  return sessions::LiveSource::open(of_scene.live->place, std::move(options));
+  return running::LiveSource::open(of_scene.live->place, std::move(options));
 }
 
 PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession** session) {
@@ -320,10 +320,10 @@ PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession*
   };
   auto flight = start_flight(info, felt, options->haptics.safety);
   if (!flight) return failed(flight.error());
-  sessions::ConnectedSession& connected = content->connected;
+  running::ConnectedSession& connected = content->connected;
   connected.flight = std::move(*flight);
   if (info.serve_port > 0) {
-    auto server = sessions::FeltServer::start(uint16_t(info.serve_port));
+    auto server = running::FeltServer::start(uint16_t(info.serve_port));
     if (!server) return failed(server.error());
     connected.server = std::move(*server);
   }
@@ -624,7 +624,7 @@ PalResult pal_session_save_tubes(PalSession* session, const char* path) {
   if (!path) return failed(PAL_BAD_INPUT, {"The path is missing"});
   return with(session, [&](SessionContent& of_session) {
     const palpate::Status written =
-        palpate::scenes::write_tubes(path, *of_session.session().tubes());
+        palpate::loading::write_tubes(path, *of_session.session().tubes());
     return written ? PAL_OK : failed(written.error());
   });
 }

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "compute/volume/result.h"
-#include "integration/files/option_ranges.h"
+#include "integration/files/scene/option_ranges.h"
 
 namespace palpate::toolkit {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "module/haptics/monotonic.h"
+#include "module/haptics/servo/monotonic.h"
 
 namespace palpate::toolkit {
 
@@ -62,7 +62,7 @@ Status SessionContent::finish() {
   const auto also = [&done](const Status& next) {
     if (done) done = next;
   };
-  sessions::FlightRecorder& flight = connected.flight;
+  running::FlightRecorder& flight = connected.flight;
   also(flight.finish());
   if (flight.black_box() && flight.black_box()->trouble())
     also(Error{ErrorKind::kBadOutput, *flight.black_box()->trouble()});

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "integration/sessions/connected_session.h"
+#include "integration/running/connected_session.h"
 #include "integration/toolkit/handles.h"
 
 namespace palpate::toolkit {
@@ -42,7 +42,7 @@ class SessionContent {
   SessionContent& operator=(const SessionContent&) = delete;
 
   std::shared_ptr<SessionNotes> notes = std::make_shared<SessionNotes>();
-  sessions::ConnectedSession connected;
+  running::ConnectedSession connected;
   bool host_ticks = false;
 
   const std::shared_ptr<ContextContent>& context() const { return context_; }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "integration/files/json_object.h"
+#include "integration/files/scene/json_object.h"
 #include "integration/files/text.h"
 #include "integration/x3d/mode_nodes.h"
 

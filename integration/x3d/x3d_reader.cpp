@@ -13,8 +13,8 @@
 #include <optional>
 #include <set>
 
-#include "integration/files/option_ranges.h"
-#include "integration/files/scene_file.h"
+#include "integration/files/scene/option_ranges.h"
+#include "integration/files/scene/scene_file.h"
 #include "integration/files/sentences.h"
 #include "integration/files/text.h"
 #include "integration/x3d/mode_nodes.h"

@@ -6,7 +6,7 @@
 #include <glm/gtc/constants.hpp>
 #include <set>
 
-#include "integration/files/scene_file.h"
+#include "integration/files/scene/scene_file.h"
 #include "integration/x3d/mode_nodes.h"
 #include "integration/x3d/raw_types.h"
 #include "integration/x3d/x3d_fields.h"

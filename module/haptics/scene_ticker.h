@@ -3,10 +3,10 @@
 #include <array>
 #include <memory>
 
-#include "module/haptics/hand_commands.h"
-#include "module/haptics/haptics.h"
-#include "module/haptics/mailbox.h"
-#include "module/haptics/scene_snapshot.h"
+#include "module/haptics/proxy/haptics.h"
+#include "module/haptics/scene/hand_commands.h"
+#include "module/haptics/scene/scene_snapshot.h"
+#include "module/haptics/servo/mailbox.h"
 
 namespace palpate {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "module/haptics/hand_commands.h"
+#include "module/haptics/scene/hand_commands.h"
 #include "module/session/stream_tube.h"
 
 namespace palpate {

@@ -6,8 +6,8 @@
 #include "compute/motion/estimate_sequence.h"
 #include "compute/volume/memory.h"
 #include "compute/vulkan/caught.h"
-#include "module/haptics/monotonic.h"
-#include "module/haptics/real_time.h"
+#include "module/haptics/servo/monotonic.h"
+#include "module/haptics/servo/real_time.h"
 #include "module/scene/make_volume.h"
 
 namespace palpate {

@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "compute/vulkan/caught.h"
-#include "module/haptics/monotonic.h"
-#include "module/haptics/real_time.h"
+#include "module/haptics/servo/monotonic.h"
+#include "module/haptics/servo/real_time.h"
 #include "module/scene/make_volume.h"
 
 namespace palpate {

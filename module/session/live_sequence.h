@@ -10,7 +10,7 @@
 
 #include "compute/motion/estimate_sequence.h"
 #include "compute/volume/sequence.h"
-#include "module/haptics/statistics.h"
+#include "module/haptics/servo/statistics.h"
 #include "module/session/repetition.h"
 #include "module/session/session.h"
 

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "module/haptics/back_track.h"
+#include "module/haptics/proxy/back_track.h"
 #include "module/scene/playback.h"
 
 namespace palpate {

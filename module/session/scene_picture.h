@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "compute/vulkan/context.h"
-#include "module/haptics/scene.h"
-#include "module/haptics/scene_snapshot.h"
+#include "module/haptics/scene/scene.h"
+#include "module/haptics/scene/scene_snapshot.h"
 #include "module/session/hand_tubes.h"
 #include "module/view/stream_lines.h"
 #include "module/view/view_scene.h"

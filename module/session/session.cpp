@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "compute/vulkan/caught.h"
-#include "module/haptics/monotonic.h"
+#include "module/haptics/servo/monotonic.h"
 #include "module/scene/drive.h"
 
 namespace palpate {

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "module/haptics/background.h"
-#include "module/haptics/host_loop.h"
 #include "module/haptics/scene_ticker.h"
-#include "module/haptics/second_hand.h"
-#include "module/haptics/servo.h"
+#include "module/haptics/servo/background.h"
+#include "module/haptics/servo/host_loop.h"
+#include "module/haptics/servo/second_hand.h"
+#include "module/haptics/servo/servo.h"
 #include "module/session/hand_tubes.h"
 #include "module/session/live_motion.h"
 #include "module/session/loaded_scene.h"

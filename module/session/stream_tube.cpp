@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "module/haptics/back_track.h"
-#include "module/haptics/local_reader.h"
+#include "module/haptics/proxy/back_track.h"
+#include "module/haptics/proxy/local_reader.h"
 #include "module/scene/cycle_closing.h"
 #include "module/scene/field_line.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "module/haptics/scene.h"
+#include "module/haptics/scene/scene.h"
 #include "module/scene/moving_volume.h"
 
 namespace palpate {

@@ -1,7 +1,7 @@
 #include "module/session/viewer.h"
 
 #include "compute/vulkan/caught.h"
-#include "module/haptics/real_time.h"
+#include "module/haptics/servo/real_time.h"
 
 namespace palpate {
 namespace {

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "integration/devices/calibration_hand.h"
-#include "integration/files/calibration_file.h"
+#include "integration/files/scene/calibration_file.h"
 #include "tests/app/made_headset.h"
 #include "tests/app/program.h"
 

@@ -3,9 +3,9 @@
 
 #include <random>
 
-#include "integration/sessions/feel_numbers.h"
+#include "integration/running/feel_numbers.h"
 
-namespace palpate::sessions {
+namespace palpate::running {
 namespace {
 
 TickRow row_at(int tick, double force_n) {
@@ -86,4 +86,4 @@ TEST(FeelCounter, CountsWhatTheTicksSay) {
 }
 
 }  // namespace
-}  // namespace palpate::sessions
+}  // namespace palpate::running

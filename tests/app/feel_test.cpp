@@ -10,7 +10,7 @@
 #include <sstream>
 #include <thread>
 
-#include "integration/sessions/force_change.h"
+#include "integration/running/force_change.h"
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 #include "tests/app/ticks.h"
@@ -76,7 +76,7 @@ TEST(Feel, PressesTheSegmentsOfARealHeart) {
                     HasSubstr("a wall of 4 N, 4000 N/m")));
   const Table ticks(folder / "ticks.csv");
   double most = 0.0;
-  sessions::ForceChange change;
+  running::ForceChange change;
   for (size_t k = 0; k < ticks.size(); ++k) {
     most = std::max(most, ticks.force(k));
     change.add(ticks.number(k, "dt_s"), {ticks.force(k), 0.0, 0.0});

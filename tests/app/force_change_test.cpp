@@ -1,13 +1,13 @@
 // How fast a force changes, from ticks at uneven times. Oracle: the slope of the force that was
 // sampled, in closed form.
-#include "integration/sessions/force_change.h"
+#include "integration/running/force_change.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-namespace palpate::sessions {
+namespace palpate::running {
 namespace {
 
 constexpr double kSteepest_n_per_ms = 0.1;
@@ -75,4 +75,4 @@ TEST(ForceChange, FindsAJumpAtAnyJitter) {
 }
 
 }  // namespace
-}  // namespace palpate::sessions
+}  // namespace palpate::running

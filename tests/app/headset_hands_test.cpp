@@ -9,7 +9,7 @@
 #include <fstream>
 #include <optional>
 
-#include "integration/files/calibration_file.h"
+#include "integration/files/scene/calibration_file.h"
 #include "tests/app/headset_play.h"
 
 namespace palpate::app {

@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <glm/glm.hpp>
 
-#include "integration/files/calibration_file.h"
+#include "integration/files/scene/calibration_file.h"
 #include "tests/app/headset_play.h"
 #include "tests/app/made_headset.h"
 #include "tests/app/program.h"

@@ -6,11 +6,11 @@
 #include <fstream>
 #include <limits>
 
-#include "integration/files/calibration_file.h"
+#include "integration/files/scene/calibration_file.h"
 #include "integration/files/vtk_lines.h"
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
-#include "tests/files/dicom_files.h"
+#include "tests/files/dicom/dicom_files.h"
 #include "tests/files/test_images.h"
 
 namespace palpate::app {

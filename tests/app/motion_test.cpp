@@ -13,7 +13,7 @@
 #include "integration/files/sequence_motion_file.h"
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
-#include "tests/files/dicom_files.h"
+#include "tests/files/dicom/dicom_files.h"
 #include "tests/files/other_programs.h"
 
 namespace palpate::app {

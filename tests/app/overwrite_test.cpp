@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "integration/files/atomic_file.h"
-#include "integration/files/write_volume.h"
+#include "integration/files/raster/write_volume.h"
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 

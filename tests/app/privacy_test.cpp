@@ -16,7 +16,7 @@
 #include "compute/volume/phantom.h"
 #include "integration/files/text.h"
 #include "tests/app/program.h"
-#include "tests/files/dicom_files.h"
+#include "tests/files/dicom/dicom_files.h"
 #include "tests/openigtlink/wire.h"
 
 namespace palpate::app {

@@ -1,5 +1,5 @@
 // The description of a run in a recording: read as it was written, and refused if damaged.
-#include "integration/scenes/replay_key.h"
+#include "integration/loading/replay_key.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@
 namespace palpate::app {
 namespace {
 
-using scenes::parse_replay_key;
-using scenes::ReplayKey;
+using loading::parse_replay_key;
+using loading::ReplayKey;
 
 using testing::HasSubstr;
 

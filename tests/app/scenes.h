@@ -6,8 +6,8 @@
 #include <string>
 
 #include "compute/volume/phantom.h"
-#include "integration/files/write_field.h"
-#include "integration/files/write_volume.h"
+#include "integration/files/raster/write_field.h"
+#include "integration/files/raster/write_volume.h"
 
 namespace palpate::app {
 

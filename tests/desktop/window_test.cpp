@@ -13,7 +13,7 @@
 #include "integration/desktop/camera.h"
 #include "integration/desktop/force_plot.h"
 #include "integration/desktop/help.h"
-#include "module/haptics/position_source.h"
+#include "module/haptics/servo/position_source.h"
 #include "tests/desktop/virtual_display.h"
 
 namespace palpate::desktop {

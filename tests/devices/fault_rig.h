@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "module/haptics/haptics.h"
-#include "module/haptics/servo_loop.h"
+#include "module/haptics/proxy/haptics.h"
+#include "module/haptics/servo/servo_loop.h"
 #include "tests/devices/emulated_hand.h"
 #include "tests/devices/print_fault.h"
 #include "tests/support/wait_for.h"

@@ -1,5 +1,5 @@
 // The meaning of a SpaceMouse's bytes, and the motion of a volume that follows from them. No bus.
-#include "module/haptics/second_hand.h"
+#include "module/haptics/servo/second_hand.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

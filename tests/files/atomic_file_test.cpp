@@ -7,7 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "integration/files/write_field.h"
+#include "integration/files/raster/write_field.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/files/test_images.h"
 

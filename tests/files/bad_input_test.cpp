@@ -4,12 +4,12 @@
 
 #include <limits>
 
+#include "integration/files/raster/write_field.h"
+#include "integration/files/raster/write_volume.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
-#include "integration/files/write_field.h"
-#include "integration/files/write_volume.h"
 #include "tests/files/itk_images.h"
-#include "tests/files/packed.h"
+#include "tests/files/raster/packed.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/files/test_images.h"
 

@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "integration/files/frames.h"
+#include "integration/files/raster/write_volume.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/text.h"
-#include "integration/files/write_volume.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/files/test_images.h"
 

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <random>
 
+#include "integration/files/raster/write_volume.h"
 #include "integration/files/read_sequence.h"
-#include "integration/files/write_volume.h"
 #include "tests/files/temporary_folder.h"
 
 namespace palpate::files {

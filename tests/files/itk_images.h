@@ -5,7 +5,7 @@
 
 #include "compute/volume/field.h"
 #include "compute/volume/volume.h"
-#include "integration/files/raster.h"
+#include "integration/files/raster/raster.h"
 
 /// ITK as the oracle of file formats: it writes files that palpate reads, and reads files that
 /// palpate wrote.

@@ -4,10 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "integration/files/raster/write_field.h"
+#include "integration/files/raster/write_volume.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
-#include "integration/files/write_field.h"
-#include "integration/files/write_volume.h"
 #include "tests/files/expect_grid.h"
 #include "tests/files/itk_images.h"
 #include "tests/files/temporary_folder.h"

@@ -3,11 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "integration/files/image_writer.h"
+#include "integration/files/raster/image_writer.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
-#include "tests/files/nifti2.h"
-#include "tests/files/packed.h"
+#include "tests/files/raster/nifti2.h"
+#include "tests/files/raster/packed.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/files/test_images.h"
 

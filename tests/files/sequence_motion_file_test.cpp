@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstring>
 
+#include "integration/files/raster/write_field.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
 #include "integration/files/sequence_motion_file.h"
-#include "integration/files/write_field.h"
 #include "tests/files/expect_grid.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/files/test_images.h"

@@ -2,9 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "integration/files/raster/write_field.h"
+#include "integration/files/raster/write_volume.h"
 #include "integration/files/read_volume.h"
-#include "integration/files/write_field.h"
-#include "integration/files/write_volume.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/files/test_images.h"
 

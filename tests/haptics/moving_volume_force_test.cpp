@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "module/scene/drive.h"
-#include "tests/haptics/force_steps.h"
+#include "tests/haptics/guard/force_steps.h"
 #include "tests/haptics/shell_scene.h"
 #include "tests/support/random.h"
 

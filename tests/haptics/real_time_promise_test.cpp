@@ -11,12 +11,12 @@
 #include <mutex>
 #include <shared_mutex>
 
-#include "module/haptics/black_box.h"
-#include "module/haptics/recording.h"
 #include "module/haptics/scene_ticker.h"
-#include "module/haptics/servo.h"
+#include "module/haptics/servo/black_box.h"
+#include "module/haptics/servo/recording.h"
+#include "module/haptics/servo/servo.h"
 #include "tests/haptics/forbidden_calls.h"
-#include "tests/haptics/servo_fakes.h"
+#include "tests/haptics/servo/servo_fakes.h"
 #include "tests/haptics/shell_scene.h"
 
 namespace palpate {

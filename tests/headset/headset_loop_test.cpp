@@ -12,8 +12,8 @@
 #include <thread>
 
 #include "compute/volume/phantom.h"
-#include "integration/scenes/load_scene.h"
-#include "module/haptics/position_source.h"
+#include "integration/loading/load_scene.h"
+#include "module/haptics/servo/position_source.h"
 #include "tests/support/device.h"
 #include "tests/xr/runtime/control.h"
 
@@ -32,11 +32,11 @@ using Kind = HeadsetEvent::Kind;
 
 /// The shell as one frame that a program has in memory.
 LoadedScene shell_in_memory() {
-  auto given = std::make_shared<scenes::GivenVolume>();
+  auto given = std::make_shared<loading::GivenVolume>();
   given->frames = shell_phantom(32, 1, 1, 0.0);
-  scenes::SequenceChoices choices;
+  loading::SequenceChoices choices;
   choices.given["shell"] = given;
-  auto scene = scenes::load_scene({"shell"}, choices);
+  auto scene = loading::load_scene({"shell"}, choices);
   EXPECT_TRUE(scene) << (scene ? "" : scene.error().message);
   return scene ? std::move(*scene) : LoadedScene{};
 }

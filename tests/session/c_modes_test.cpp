@@ -1,5 +1,5 @@
 // Modes through the C interface. Oracle: the same mode in C++.
-#include "integration/scenes/c_modes.h"
+#include "integration/loading/c_modes.h"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ ModeKinds both_kinds() {
   add_snap(kinds);
   const PalModeKind* in_c = nullptr;
   EXPECT_EQ(pal_mode_kinds(PAL_MODE_VERSION, &in_c), 1U);
-  EXPECT_TRUE(scenes::add_c_mode(*in_c, kinds));
+  EXPECT_TRUE(loading::add_c_mode(*in_c, kinds));
   return kinds;
 }
 
@@ -57,7 +57,7 @@ TEST(CModes, ThatLackSomethingAreRefused) {
     if (lacks == 0) kind.name = nullptr;
     if (lacks == 1) kind.make = nullptr;
     if (lacks == 2) kind.place = nullptr;
-    EXPECT_FALSE(scenes::add_c_mode(kind, kinds)) << lacks;
+    EXPECT_FALSE(loading::add_c_mode(kind, kinds)) << lacks;
   }
 }
 
@@ -85,7 +85,7 @@ struct Throwing {
 
 TEST(CModes, ThatThrowAreLeftOutAndTheForceFollowsSlowly) {
   ModeKinds kinds;
-  ASSERT_TRUE(scenes::add_c_mode(Throwing::kKind, kinds));
+  ASSERT_TRUE(loading::add_c_mode(Throwing::kKind, kinds));
   SceneSpec spec = test::shell_spec(3.0, 0.0, 600.0);
   spec.modes[0].kind = "throwing";
   Throwing::makes = false;

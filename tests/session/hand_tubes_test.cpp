@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "integration/scenes/load_scene.h"
+#include "integration/loading/load_scene.h"
 #include "module/session/scene_picture.h"
 #include "module/session/session.h"
 #include "tests/session/made_session.h"
@@ -234,7 +234,7 @@ TEST(ScenePicture, ABareFingertipShowsContactByItsColour) {
 
 /// A host's device with a button, in the molecule.
 TEST(Session, ReleasesTubesByTheDevicesButtonAndByCommand) {
-  auto loaded = scenes::load_scene({"molecule"}, {});
+  auto loaded = loading::load_scene({"molecule"}, {});
   ASSERT_TRUE(loaded) << loaded.error().message;
   DeviceInfo info;
   info.kind = "test";

@@ -14,8 +14,8 @@
 
 #include "compute/volume/phantom.h"
 #include "integration/files/read_volume.h"
-#include "integration/scenes/load_scene.h"
-#include "module/haptics/monotonic.h"
+#include "integration/loading/load_scene.h"
+#include "module/haptics/servo/monotonic.h"
 #include "tests/session/made_session.h"
 #include "tests/support/device.h"
 
@@ -29,12 +29,12 @@ constexpr int64_t kMs = 1'000'000;
 constexpr double kStep_n = 0.1;
 
 LoadedScene scene_of(const Volume& first) {
-  auto given = std::make_shared<scenes::GivenVolume>();
+  auto given = std::make_shared<loading::GivenVolume>();
   given->frames = LiveSequence::standing(first);
-  scenes::SequenceChoices choices;
+  loading::SequenceChoices choices;
   choices.given["live"] = given;
   choices.values = CarriedValues::kOwn;
-  auto scene = scenes::load_scene({"live"}, choices);
+  auto scene = loading::load_scene({"live"}, choices);
   EXPECT_TRUE(scene) << (scene ? "" : scene.error().message);
   if (!scene) return {};
   LiveSequence::prepare(*scene, 0);

@@ -11,8 +11,8 @@
 #include <thread>
 
 #include "compute/volume/phantom.h"
-#include "integration/files/write_volume.h"
-#include "integration/scenes/load_scene.h"
+#include "integration/files/raster/write_volume.h"
+#include "integration/loading/load_scene.h"
 #include "module/session/viewer.h"
 #include "tests/session/made_session.h"
 #include "tests/support/device.h"
@@ -29,11 +29,11 @@ constexpr double kSessionStep_n =
 
 /// The beating shell as frames that a program has in memory, without its motion.
 LoadedScene shell_in_memory(int size = 40, int frames = 4) {
-  auto given = std::make_shared<scenes::GivenVolume>();
+  auto given = std::make_shared<loading::GivenVolume>();
   given->frames = shell_phantom(size, frames, 1, 0.0);
-  scenes::SequenceChoices choices;
+  loading::SequenceChoices choices;
   choices.given["shell frames"] = given;
-  auto scene = scenes::load_scene({"shell frames"}, choices);
+  auto scene = loading::load_scene({"shell frames"}, choices);
   EXPECT_TRUE(scene) << (scene ? "" : scene.error().message);
   return scene ? std::move(*scene) : LoadedScene{};
 }
@@ -147,11 +147,11 @@ TEST(LoadedScene, GivesTheFramesThatWereReadWithoutReadingThemAgain) {
       std::filesystem::temp_directory_path() / "palpate_read_once.seq.nrrd";
   ASSERT_TRUE(files::write_sequence(shell, file));
   const auto loaded = [&](std::optional<CarriedValues> values) {
-    scenes::SequenceChoices choices;
+    loading::SequenceChoices choices;
     choices.values = values;
     choices.holds_frames = true;
-    choices.wall = scenes::FeltWall::kValues;
-    auto scene = scenes::load_scene({file}, choices);
+    choices.wall = loading::FeltWall::kValues;
+    auto scene = loading::load_scene({file}, choices);
     EXPECT_TRUE(scene) << (scene ? "" : scene.error().message);
     return scene ? std::move(*scene) : LoadedScene{};
   };
@@ -181,17 +181,17 @@ TEST(LoadedScene, GivesTheFramesThatWereReadWithoutReadingThemAgain) {
 TEST(LoadedScene, PlaysAMotionInMemoryAtThePaceOfItsFrames) {
   const auto cycle_of_scene = [](double frames_per_second, std::vector<double> times_s,
                                  std::vector<double> motion_s) {
-    auto given = std::make_shared<scenes::GivenVolume>();
+    auto given = std::make_shared<loading::GivenVolume>();
     given->frames = shell_phantom(24, 4, 1, 0.0);
     given->frames.times_s = std::move(times_s);
     given->frames.times_known = !given->frames.times_s.empty();
     SequenceMotion& motion = given->motion.emplace();
     motion.basis = {motion_s, motion_s.back() + motion_s[1], 0};
     motion.terms.assign(4, still_field(given->frames.frames[0].grid));
-    scenes::SequenceChoices choices;
+    loading::SequenceChoices choices;
     choices.given["shell frames"] = given;
     choices.frames_per_second = frames_per_second;
-    const auto scene = scenes::load_scene({"shell frames"}, choices);
+    const auto scene = loading::load_scene({"shell frames"}, choices);
     EXPECT_TRUE(scene) << (scene ? "" : scene.error().message);
     return scene ? scene->data[0]->times : FrameTimes{};
   };
@@ -388,7 +388,7 @@ TEST(Session, PlacesAVolumeThatMayBeMoved) {
 }
 
 TEST(Session, PlaysPausesAndScrubs) {
-  auto scene = scenes::load_scene({"shell"}, {});
+  auto scene = loading::load_scene({"shell"}, {});
   ASSERT_TRUE(scene);
   auto session = in_host(std::move(*scene));
   ASSERT_TRUE(session);

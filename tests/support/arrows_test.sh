@@ -43,6 +43,10 @@ only 'module/session' 'module/session/|integration/|tests/' compute module integ
 only 'module/calibrate' 'module/calibrate/|integration/|tests/' compute module integration tests
 only 'module/xr' 'module/xr/|module/session/|integration/|tests/' compute module integration tests
 only 'module/view' 'module/view/|module/xr/|module/session/|integration/|tests/' compute module integration tests
+only 'module/haptics/servo' 'module/haptics/servo/|module/haptics/scene_ticker|module/session/|integration/|tests/' compute module integration tests
+only 'module/haptics/proxy' 'module/haptics/proxy/|module/haptics/scene_ticker|module/session/|integration/|tests/' compute module integration tests
+only 'module/haptics/guard' 'module/haptics/(guard|proxy|modes)/|module/session/|integration/|tests/' compute module integration tests
+only 'integration/files/scene' 'integration/files/scene/|integration/(x3d|loading|running|toolkit|headset|app|desktop)/|tests/' compute module integration tests
 only 'module/haptics' 'module/haptics/|module/session/|integration/|tests/' compute module integration tests
 only 'module/' 'module/|integration/|tests/' compute module integration tests
 only 'tests/' 'tests/' compute module integration

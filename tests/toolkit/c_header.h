@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-#include "integration/scenes/palpate_mode.h"
+#include "integration/loading/palpate_mode.h"
 #include "integration/toolkit/palpate.h"
 
 #ifdef __cplusplus

@@ -56,7 +56,7 @@ TEST(CHeader, HasTheSameStructuresInCAndCpp) {
   std::set<std::string> listed;
   for (const auto& [name, size] : in_c) listed.insert(name);
   EXPECT_EQ(listed, matches(text_of("integration/toolkit/palpate.h") +
-                                text_of("integration/scenes/palpate_mode.h"),
+                                text_of("integration/loading/palpate_mode.h"),
                             "struct (Pal\\w+) \\{"));
 }
 

@@ -20,7 +20,7 @@
 
 #include "integration/files/read_volume.h"
 #include "integration/openigtlink/client.h"
-#include "module/haptics/monotonic.h"
+#include "module/haptics/servo/monotonic.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/openigtlink/wire.h"
 #include "tests/support/wait_for.h"

@@ -13,8 +13,8 @@
 #include <sstream>
 
 #include "compute/volume/phantom.h"
+#include "integration/files/raster/write_volume.h"
 #include "integration/files/read_volume.h"
-#include "integration/files/write_volume.h"
 #include "tests/desktop/virtual_display.h"
 #include "tests/files/temporary_folder.h"
 

@@ -1,5 +1,6 @@
-/* Loads the library, feels a scene with it and lets it go, twice; 0 if all went well and it is gone after each time. With "device" as the
-   second argument motion is estimated and a picture drawn, too; 77 if there is no Vulkan device. */
+/* Loads the library, feels a scene with it and lets it go, twice; 0 if all went well and it is gone
+   after each time. With "device" as the second argument motion is estimated and a picture drawn,
+   too; 77 if there is no Vulkan device. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <pthread.h>
@@ -9,10 +10,13 @@
 #include "integration/toolkit/palpate.h"
 
 /* The library's functions, as a program finds them that is not linked with it. */
-#define FUNCTIONS(X)                                                                                                                    \
-  X(pal_last_error) X(pal_context_open) X(pal_context_close) X(pal_scene_open) X(pal_scene_close) X(pal_session_open)                   \
-  X(pal_session_close) X(pal_haptics_tick) X(pal_view_open) X(pal_view_render) X(pal_view_wait) X(pal_view_close)                       \
-  X(pal_estimator_open) X(pal_estimator_push) X(pal_estimator_finish) X(pal_estimator_close) X(pal_motion_close)
+#define FUNCTIONS(X)                                                                  \
+  X(pal_last_error)                                                                   \
+  X(pal_context_open) X(pal_context_close) X(pal_scene_open) X(pal_scene_close)       \
+      X(pal_session_open) X(pal_session_close) X(pal_haptics_tick) X(pal_view_open)   \
+          X(pal_view_render) X(pal_view_wait) X(pal_view_close) X(pal_estimator_open) \
+              X(pal_estimator_push) X(pal_estimator_finish) X(pal_estimator_close)    \
+                  X(pal_motion_close)
 #define DECLARE(name) static __typeof__(&name) name##_;
 FUNCTIONS(DECLARE)
 
@@ -52,7 +56,8 @@ static int estimate(PalContext* context) {
   PalMotion* motion = NULL;
   if (pal_estimator_open_(context, &info, &estimator) != PAL_OK) return fail("an estimator");
   for (int k = 0; k < 2; ++k)
-    if (pal_estimator_push_(estimator, PAL_FLOAT32, frames[k], -1.0) != PAL_OK) return fail("a frame");
+    if (pal_estimator_push_(estimator, PAL_FLOAT32, frames[k], -1.0) != PAL_OK)
+      return fail("a frame");
   if (pal_estimator_finish_(estimator, &motion) != PAL_OK) return fail("motion");
   pal_motion_close_(&motion);
   pal_estimator_close_(&estimator);
@@ -107,10 +112,12 @@ static int use(int device) {
   if (pal_session_open_(scene, &of_session, &session) != PAL_OK) return fail("a session");
   pthread_t thread;
   void* failed = NULL;
-  if (pthread_create(&thread, NULL, &tick, session) != 0 || pthread_join(thread, &failed) != 0 || failed)
+  if (pthread_create(&thread, NULL, &tick, session) != 0 || pthread_join(thread, &failed) != 0 ||
+      failed)
     return fail("a tick");
   if (device && (estimate(context) != 0 || draw(session) != 0)) return 1;
-  if (pal_session_close_(&session) != PAL_OK || pal_scene_close_(&scene) != PAL_OK || pal_context_close_(&context) != PAL_OK || context)
+  if (pal_session_close_(&session) != PAL_OK || pal_scene_close_(&scene) != PAL_OK ||
+      pal_context_close_(&context) != PAL_OK || context)
     return fail("closing");
   return 0;
 }
@@ -121,12 +128,14 @@ int main(int argc, char** argv) {
     void* library = dlopen(argv[1], RTLD_NOW | RTLD_LOCAL);
     if (!library) return fprintf(stderr, "loader: %s\n", dlerror()), 1;
 #define FIND(name) \
-  if (!(*(void**)&name##_ = dlsym(library, #name))) return fail("finding " #name);
+  if (!(*(void**)& name##_ = dlsym(library, #name))) return fail("finding " #name);
     FUNCTIONS(FIND)
     const int used = use(argc > 2 && strcmp(argv[2], "device") == 0);
     if (used != 0) return used;
-    if (dlclose(library) != 0) return fprintf(stderr, "loader: it is not let go: %s\n", dlerror()), 1;
-    if (dlopen(argv[1], RTLD_NOW | RTLD_NOLOAD)) return fprintf(stderr, "loader: it stays in memory\n"), 1;
+    if (dlclose(library) != 0)
+      return fprintf(stderr, "loader: it is not let go: %s\n", dlerror()), 1;
+    if (dlopen(argv[1], RTLD_NOW | RTLD_NOLOAD))
+      return fprintf(stderr, "loader: it stays in memory\n"), 1;
   }
   return 0;
 }

@@ -1,6 +1,6 @@
 // Every door takes the same numbers: the command line, the C library, Python and scene files. Each
-// option is tried below, in and above its range (integration/files/option_ranges.h).
-#include "integration/files/option_ranges.h"
+// option is tried below, in and above its range (integration/files/scene/option_ranges.h).
+#include "integration/files/scene/option_ranges.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "module/haptics/back_track.h"
+#include "module/haptics/proxy/back_track.h"
 #include "module/scene/moving_volume.h"
 
 namespace palpate::test {

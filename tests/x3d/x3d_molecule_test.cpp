@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "integration/x3d/x3d_file.h"
-#include "module/haptics/haptics.h"
+#include "module/haptics/proxy/haptics.h"
 #include "module/scene/analytic_data.h"
 #include "module/scene/built_in.h"
 #include "module/scene/drive.h"

@@ -17,11 +17,11 @@
 #include "integration/app/exit_code.h"
 #include "integration/app/progress.h"
 #include "integration/devices/calibration_hand.h"
-#include "integration/files/calibration_file.h"
+#include "integration/files/scene/calibration_file.h"
 #include "integration/headset/touch_taker.h"
-#include "module/haptics/emergency.h"
-#include "module/haptics/monotonic.h"
-#include "module/haptics/servo.h"
+#include "module/haptics/servo/emergency.h"
+#include "module/haptics/servo/monotonic.h"
+#include "module/haptics/servo/servo.h"
 #include "module/xr/headset.h"
 
 namespace palpate::app {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "module/calibrate/calibrate.h"
-#include "module/haptics/mailbox.h"
+#include "module/haptics/servo/mailbox.h"
 #include "module/haptics/ticker.h"
 
 namespace palpate::app {

@@ -10,24 +10,24 @@
 #include "integration/app/info/values.h"
 #include "integration/app/progress.h"
 #include "integration/app/summary.h"
-#include "integration/files/calibration_file.h"
-#include "integration/files/dicom_frames.h"
+#include "integration/files/dicom/dicom_frames.h"
 #include "integration/files/frame_source.h"
 #include "integration/files/frames.h"
-#include "integration/files/json_object.h"
 #include "integration/files/landmarks.h"
-#include "integration/files/raster_file.h"
+#include "integration/files/raster/raster_file.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
-#include "integration/files/scene_file.h"
+#include "integration/files/scene/calibration_file.h"
+#include "integration/files/scene/json_object.h"
+#include "integration/files/scene/scene_file.h"
 #include "integration/files/segmentation.h"
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
 #include "integration/files/text.h"
-#include "integration/scenes/replay_key.h"
-#include "integration/scenes/tubes_file.h"
+#include "integration/loading/replay_key.h"
+#include "integration/loading/tubes_file.h"
 #include "integration/x3d/x3d_file.h"
-#include "module/haptics/recording.h"
+#include "module/haptics/servo/recording.h"
 
 namespace palpate::app {
 namespace {
@@ -515,7 +515,7 @@ Result<Contents> contents_of_recording(const fs::path& path) {
   contents.more.emplace_back(
       "Ticks", fmt::format("{} in {:.4g} s", recording->ticks(),
                            1e-9 * double(recording->period_ns()) * double(recording->ticks())));
-  if (const auto key = scenes::parse_replay_key(path, recording->scene())) {
+  if (const auto key = loading::parse_replay_key(path, recording->scene())) {
     std::vector<std::string> names;
     for (const VolumeSpec& volume : key->scene.volumes) names.push_back(volume.name);
     contents.more.emplace_back("Scene", fmt::format("{}", fmt::join(names, ", ")));
@@ -607,7 +607,7 @@ Result<Contents> contents_of(const fs::path& path, const OnShare& on_share) {
   if (start.starts_with(kRecording)) return contents_of_recording(path);
   if (*kind == files::FileKind::kDicom) return contents_of_frames(path, "DICOM", on_share);
   if (*kind == files::FileKind::kImage) return contents_of_image(path, on_share);
-  if (start.find(scenes::kTubesTitle) != std::string::npos) return contents_of_tubes(path);
+  if (start.find(loading::kTubesTitle) != std::string::npos) return contents_of_tubes(path);
   const std::string ending = files::lowered(path.extension().string());
   if (x3d::is_x3d(path)) return contents_of_scene(path);
   if (ending == ".json" || files::trimmed(start).starts_with('{')) return contents_of_json(path);

@@ -11,7 +11,7 @@
 #include "integration/app/series_option.h"
 #include "integration/app/summary.h"
 #include "integration/files/frames.h"
-#include "integration/files/raster.h"
+#include "integration/files/raster/raster.h"
 
 namespace palpate::app {
 namespace {

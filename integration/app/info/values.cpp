@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "integration/files/samples.h"
+#include "integration/files/raster/samples.h"
 
 namespace palpate::app {
 namespace {

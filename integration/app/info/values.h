@@ -5,7 +5,7 @@
 
 #include "compute/volume/volume.h"
 #include "integration/app/info/contents.h"
-#include "integration/files/raster.h"
+#include "integration/files/raster/raster.h"
 
 namespace palpate::app {
 

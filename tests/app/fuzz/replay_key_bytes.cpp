@@ -2,12 +2,12 @@
 
 #include <cmath>
 
-#include "integration/scenes/replay_key.h"
+#include "integration/loading/replay_key.h"
 #include "tests/support/require.h"
 
 namespace palpate::app::fuzz {
 
-using scenes::parse_replay_key;
+using loading::parse_replay_key;
 
 void parse_replay_key_bytes(std::string_view bytes) {
   const auto key = parse_replay_key("fuzz.ticks", bytes);

@@ -2,13 +2,13 @@
 // invalid result.
 #include <gtest/gtest.h>
 
-#include "integration/files/image_writer.h"
+#include "integration/files/raster/image_writer.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/sequence_motion_file.h"
-#include "tests/files/dicom_files.h"
+#include "tests/files/dicom/dicom_files.h"
 #include "tests/files/fuzz/parse_bytes.h"
 #include "tests/files/itk_images.h"
-#include "tests/files/nifti2.h"
+#include "tests/files/raster/nifti2.h"
 #include "tests/files/temporary_folder.h"
 #include "tests/files/test_images.h"
 #include "tests/support/mutator.h"

@@ -3,12 +3,12 @@
 #include <cmath>
 
 #include "docs/examples/vtk_image.h"
-#include "integration/files/dicom_elements.h"
+#include "integration/files/dicom/dicom_elements.h"
 #include "integration/files/frame_times.h"
 #include "integration/files/landmarks.h"
-#include "integration/files/meta_header.h"
-#include "integration/files/nifti_header.h"
-#include "integration/files/nrrd_header.h"
+#include "integration/files/raster/meta_header.h"
+#include "integration/files/raster/nifti_header.h"
+#include "integration/files/raster/nrrd_header.h"
 #include "integration/files/sequence_motion_file.h"
 #include "tests/support/require.h"
 

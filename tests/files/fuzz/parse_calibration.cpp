@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "integration/files/calibration_file.h"
+#include "integration/files/scene/calibration_file.h"
 #include "tests/files/fuzz/parse_bytes.h"
 #include "tests/support/require.h"
 

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "integration/files/scene_file.h"
+#include "integration/files/scene/scene_file.h"
 #include "module/scene/drive.h"
 #include "tests/files/fuzz/parse_bytes.h"
 #include "tests/support/require.h"

@@ -1,7 +1,7 @@
 #include "tests/haptics/fuzz/recording_bytes.h"
 
-#include "module/haptics/recording.h"
-#include "module/haptics/tick_bytes.h"
+#include "module/haptics/servo/recording.h"
+#include "module/haptics/servo/tick_bytes.h"
 #include "tests/support/require.h"
 
 namespace palpate::fuzz {

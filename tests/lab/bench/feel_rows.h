@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "module/haptics/delay_lead.h"
+#include "module/haptics/proxy/delay_lead.h"
 #include "tests/lab/bench/tools.h"
 
 namespace palpate::bench {

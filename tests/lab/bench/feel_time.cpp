@@ -8,8 +8,8 @@
 
 #include "integration/devices/simulated.h"
 #include "integration/devices/simulated_paths.h"
-#include "module/haptics/servo.h"
-#include "module/haptics/statistics.h"
+#include "module/haptics/servo/servo.h"
+#include "module/haptics/servo/statistics.h"
 #include "tests/lab/bench/feel_rows.h"
 #include "tests/lab/stability/paper_loop.h"
 #include "tests/lab/stability/shell.h"

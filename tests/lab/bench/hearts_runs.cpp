@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "integration/devices/held_mass.h"
-#include "module/haptics/back_track.h"
+#include "module/haptics/proxy/back_track.h"
 #include "tests/lab/stability/shell.h"
 #include "tests/lab/studies/measuring.h"
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <string>
 
-#include "module/haptics/statistics.h"
+#include "module/haptics/servo/statistics.h"
 #include "module/haptics/tick.h"
 #include "tests/lab/bench/hearts_data.h"
 

@@ -11,7 +11,7 @@
 
 #include "integration/toolkit/palpate.h"
 #include "module/haptics/scene_ticker.h"
-#include "module/haptics/servo_loop.h"
+#include "module/haptics/servo/servo_loop.h"
 #include "module/scene/built_in.h"
 #include "module/scene/make_volume.h"
 #include "module/view/volume_renderer.h"

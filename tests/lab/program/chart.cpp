@@ -12,7 +12,7 @@
 #include "integration/app/outputs.h"
 #include "integration/app/program.h"
 #include "integration/files/atomic_file.h"
-#include "integration/files/json_object.h"
+#include "integration/files/scene/json_object.h"
 #include "integration/files/sentences.h"
 #include "tests/lab/program/chart_study.h"
 #include "tests/lab/program/commands.h"

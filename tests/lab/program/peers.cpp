@@ -10,8 +10,8 @@
 
 #include <fmt/format.h>
 
+#include "integration/files/raster/write_volume.h"
 #include "integration/files/read_volume.h"
-#include "integration/files/write_volume.h"
 #include "integration/opencv/slice_flow.h"
 #include "tests/lab/program/beside.h"
 #include "tests/lab/program/peer_scripts.h"

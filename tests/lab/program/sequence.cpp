@@ -17,7 +17,7 @@
 #include "integration/files/landmarks.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
-#include "module/haptics/back_track.h"
+#include "module/haptics/proxy/back_track.h"
 #include "tests/lab/program/commands.h"
 #include "tests/lab/program/rows.h"
 #include "tests/lab/studies/measuring.h"

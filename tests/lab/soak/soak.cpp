@@ -18,7 +18,7 @@
 #include "compute/volume/phantom.h"
 #include "integration/devices/simulated.h"
 #include "module/haptics/scene_ticker.h"
-#include "module/haptics/servo.h"
+#include "module/haptics/servo/servo.h"
 #include "module/scene/built_in.h"
 #include "tests/support/random.h"
 

@@ -9,7 +9,7 @@
 
 #include "module/haptics/cause.h"
 #include "module/haptics/device.h"
-#include "module/haptics/statistics.h"
+#include "module/haptics/servo/statistics.h"
 
 namespace palpate::vulkan {
 class Context;

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "module/haptics/delay_lead.h"
+#include "module/haptics/proxy/delay_lead.h"
 
 namespace palpate::stability {
 namespace {

@@ -3,7 +3,7 @@
 #include <functional>
 #include <memory>
 
-#include "module/haptics/haptics.h"
+#include "module/haptics/proxy/haptics.h"
 #include "tests/lab/stability/spring_wall.h"
 
 namespace palpate::stability {

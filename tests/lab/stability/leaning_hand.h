@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "module/haptics/haptics.h"
+#include "module/haptics/proxy/haptics.h"
 
 namespace palpate::stability {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "module/haptics/delay_lead.h"
+#include "module/haptics/proxy/delay_lead.h"
 #include "tests/lab/stability/guarded_wall.h"
 #include "tests/lab/stability/leaning_hand.h"
 

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "module/haptics/balance.h"
+#include "module/haptics/proxy/balance.h"
 #include "module/scene/drive.h"
 
 namespace palpate::stability {

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "module/haptics/haptics.h"
+#include "module/haptics/proxy/haptics.h"
 
 namespace palpate::stability {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "compute/volume/field.h"
-#include "module/haptics/back_track.h"
+#include "module/haptics/proxy/back_track.h"
 #include "tests/lab/stability/back_track_maps.h"
 #include "tests/support/random.h"
 

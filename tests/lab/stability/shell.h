@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "compute/volume/phantom.h"
-#include "module/haptics/haptics.h"
+#include "module/haptics/proxy/haptics.h"
 #include "module/scene/moving_volume.h"
 
 namespace palpate::stability {

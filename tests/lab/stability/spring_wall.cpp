@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "module/haptics/delay_lead.h"
+#include "module/haptics/proxy/delay_lead.h"
 #include "tests/support/random.h"
 
 namespace palpate::stability {

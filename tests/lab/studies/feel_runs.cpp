@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "module/haptics/back_track.h"
+#include "module/haptics/proxy/back_track.h"
 #include "tests/lab/stability/paper_loop.h"
 #include "tests/lab/stability/shell.h"
 #include "tests/lab/studies/measuring.h"

@@ -13,8 +13,8 @@
 
 #include <fmt/core.h>
 
+#include "integration/files/raster/write_field.h"
 #include "integration/files/read_volume.h"
-#include "integration/files/write_field.h"
 #include "tests/lab/bench/peers/itk_peers.h"
 
 namespace {

@@ -1,0 +1,76 @@
+#include "integration/running/tick_log.h"
+
+#include <fmt/format.h>
+
+#include "compute/vulkan/caught.h"
+#include "integration/files/sentences.h"
+
+namespace palpate::running {
+namespace {
+
+constexpr const char* kHeader =
+    "t_s,dt_s,force_x_n,force_y_n,force_z_n,wanted_x_n,wanted_y_n,wanted_z_n,probe_x_m,probe_y_m,"
+    "probe_z_m,proxy_x_m,proxy_y_m,proxy_z_m,frame_and_phase,contact,held,newton_steps,residual_m,"
+    "scene_energy_j,cause,device_fault\n";
+
+}  // namespace
+
+Result<std::unique_ptr<TickLog>> TickLog::start(const std::filesystem::path& csv) {
+  auto log = std::unique_ptr<TickLog>(new TickLog);
+  log->path_ = csv;
+  if (!csv.empty()) {
+    log->file_.reset(std::fopen(csv.c_str(), "w"));
+    if (!log->file_) return files::bad_output(csv, "can not be written: name a place that can");
+    log->failed_ = std::fputs(kHeader, log->file_.get()) < 0;
+  }
+  return log;
+}
+
+void TickLog::hear(const TickInput& input, const TickOutput& output) noexcept {
+  if (!any_) first_ns_ = input.now_ns;
+  any_ = true;
+  TickRow row;
+  row.time_s = double(input.now_ns - first_ns_) * 1e-9;
+  row.dt_s = input.dt_s;
+  row.force_n = output.command.force_n;
+  row.wanted_n = output.wanted_n;
+  row.probe_m = output.probe_m;
+  row.proxy_m = output.proxy_m;
+  row.pointer = output.first.frame + output.first.phase;
+  row.residual_m = output.residual_m;
+  row.scene_energy_j = output.scene_energy_j;
+  row.cause = output.cause;
+  row.fault = output.fault;
+  row.newton_steps = output.newton_steps;
+  row.in_contact = output.command.in_contact;
+  row.frozen = output.frozen;
+  counter_.add(row);
+  history_.add(row);
+  // The memory may be full.
+  if (file_)
+    failed_ |= !caught([&]() -> Status {
+      write(row);
+      return Nothing{};
+    });
+}
+
+void TickLog::write(const TickRow& r) {
+  const std::string line = fmt::format(
+      "{:.6f},{:.6f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.7f},{:.7f},{:.7f},{:.7f},{:.7f},"
+      "{:.7f},{:.5f},{:d},{:d},{},{:.3e},{:.3e},{},{}\n",
+      r.time_s, r.dt_s, r.force_n.x, r.force_n.y, r.force_n.z, r.wanted_n.x, r.wanted_n.y,
+      r.wanted_n.z, r.probe_m.x, r.probe_m.y, r.probe_m.z, r.proxy_m.x, r.proxy_m.y, r.proxy_m.z,
+      r.pointer, r.in_contact, r.frozen, r.newton_steps, r.residual_m, r.scene_energy_j,
+      word(r.cause), int(r.fault));
+  failed_ |= std::fwrite(line.data(), 1, line.size(), file_.get()) != line.size();
+}
+
+Status TickLog::finish() {
+  if (!file_) return Nothing{};
+  failed_ |= std::fclose(file_.release()) != 0;
+  if (failed_)
+    return files::bad_output(path_, "is not complete: the disk or the memory may be full");
+  return Nothing{};
+}
+
+}  // namespace palpate::running

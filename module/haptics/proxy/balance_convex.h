@@ -1,0 +1,141 @@
+#pragma once
+
+#include <array>
+#include <glm/glm.hpp>
+
+#include "module/haptics/proxy/balance.h"
+
+namespace palpate {
+
+/// The general case of balance(): the proxy of any planes, lines and points, no two of which need
+/// to meet. With y the proxy and everything divided by the stiffness (strengths become reaches in
+/// m), the minimum of
+///   1/2 |y - probe|^2 + sum_i r_i phi_i(y)
+/// is where forces f_i exist with y = probe + sum f_i and f_i a subgradient of -r_i phi_i at y.
+///
+/// Method: of multipliers (augmented Lagrangian). Each kink is rounded off over a width e_i:
+///   f_i(y) = P_i(f_i' - (r_i / e_i) w_i(y)),
+/// w_i the offset of y from the primitive, f_i' its force of the round before, P_i the projection
+/// on what it can give (a plane: t q, 0 <= t <= r; a line: the disc of radius r perpendicular to
+/// it; a point: the ball). A round is a smooth, strongly convex problem in three unknowns: Newton's
+/// method (semismooth, as f_i has kinks) with a search along the step between those kinks. f_i is
+/// exactly a subgradient at w_i + (f_i - f_i') e_i / r_i, so primitive i is misplaced by
+/// e_i |f_i - f_i'| / r_i and no more. The rounds end when that is round-off for all; widths shrink
+/// by 1000 where it is not.
+///
+/// Bounds: |f_i - f_i'| <= 2 r_i, so a width of half the round-off ends the rounds for primitive i
+/// whatever the forces do: at most 6 rounds need it, and primitives mostly share them. Within a
+/// round every step from the 13th on lowers the round's energy (but for round-off), so Newton's
+/// method ends. Both are capped, kMaxRounds and kMaxIterations, and converged says if a cap was
+/// met. Where forces are not unique (planes that repeat) they are shared in proportion to strength,
+/// whatever the order.
+///
+/// Most rounds only improve digits of a result whose active set is right already. So after each
+/// round settle() computes the exact solution for the present active set, and it is taken if it
+/// satisfies all constraints.
+///
+/// Round-off: offsets and spring are numbers of their own that are only updated, so near the
+/// solution they are small and it is their relative precision that counts. The proxy then is the
+/// exact one of primitives that are moved by a few units in the last place of the largest
+/// coordinate (at least 1 mm), and forces are balanced to kResidualN there. Strong planes that are
+/// parallel but for 1e-10 can need more digits than double has: Real is double or long double.
+/// Real-time safe: no allocation, noexcept, at most kMaxIterations of cost O(primitives log
+/// primitives).
+template <class Real>
+class ConvexBalance {
+ public:
+  static constexpr int kMaxRounds = 40;
+  static constexpr int kMaxIterations = 100;
+  static constexpr double kResidualN = 1e-9;
+
+  ConvexBalance(glm::dvec3 probe, double stiffness_n_per_m) noexcept
+      : probe_(probe), stiffness_(stiffness_n_per_m) {}
+
+  /// Each at most PrimitiveSet::kCapacity times. q needs not be of unit length.
+  void add_plane(glm::dvec3 position, glm::dvec3 q, double strength_n) noexcept;
+  void add_line(glm::dvec3 position, glm::dvec3 q, double strength_n) noexcept;
+  void add_point(glm::dvec3 position, double strength_n) noexcept;
+
+  /// May be called again after primitives were added; starts where the last call ended.
+  /// shares_matter: plane_force_n() will be called afterwards; this takes longer where forces are
+  /// not unique. The hint is tried first and updated.
+  Balance solve(bool shares_matter, BalanceHint::Stage* hint) noexcept;
+
+  /// Force of the i-th plane that was added, in N, after solve(): 0 to its strength.
+  double plane_force_n(int i) const noexcept {
+    return double(planes_[size_t(i)].force * stiffness_);
+  }
+
+ private:
+  using Vec = glm::vec<3, Real>;
+
+  /// Sign: the force is force * q, height < 0 behind the plane.
+  struct Plane {
+    Vec position, q;
+    Real reach, width, slack;
+    Real height, step;       // of the proxy; and how it changes along the Newton step
+    Real force, next_force;  // of the round before; and now
+    bool active, would_be_active;
+    Real settled_height, settled_force;  // of settle()
+  };
+  /// A line; or a point, which is a line without a direction.
+  struct Line {
+    Vec position, q;
+    Real reach, width, slack;
+    Vec offset, step;
+    Vec force, next_force;
+    bool active, would_be_active;
+    Vec settled_offset, settled_force;
+  };
+  /// Symmetric.
+  struct SymmetricMatrix {
+    Real xx, xy, xz, yy, yz, zz;
+  };
+
+  static constexpr size_t kMaxKinks = 6 * PrimitiveSet::kCapacity;
+
+  void start() noexcept;
+  void place() noexcept;
+  Real slack(Vec position) const noexcept;
+  template <bool kPredicted = false>
+  void evaluate(Real along) noexcept;
+  void aim() noexcept;
+  void predict() noexcept;
+  size_t kinks(std::array<Real, kMaxKinks>& places) const noexcept;
+  void step_to(Real along) noexcept;
+  Real search(Real slope, bool strict) noexcept;
+  bool newton() noexcept;
+  bool end_round() noexcept;
+  /// The exact solution for the present active set: up to three directions are fixed exactly, and
+  /// Newton's method without kinks solves for the rest. True, with proxy and forces set, if every
+  /// primitive can give the force that this needs; else nothing is changed. Where more directions
+  /// are active than are independent and shares matter, this works only once the rounds have found
+  /// the shares.
+  bool settle() noexcept;
+  bool settle_as(const BalanceHint::Stage& hint) noexcept;
+  void remember(BalanceHint::Stage& hint) const noexcept;
+  Vec settled_rest(Vec proxy) noexcept;
+  SymmetricMatrix sliding_curvature() const noexcept;
+  bool all_can() const noexcept;
+  static Vec solve(const SymmetricMatrix& a, Vec b) noexcept;
+
+  Vec probe_;
+  Real stiffness_;
+  std::array<Plane, PrimitiveSet::kCapacity> planes_;
+  std::array<Line, 2 * PrimitiveSet::kCapacity> lines_;
+  size_t plane_count_ = 0, line_count_ = 0;
+  bool started_ = false, shares_matter_ = true;
+
+  Vec proxy_{0.0}, proxy_low_{0.0};  // their sum is the proxy
+  Vec spring_{0.0};                  // proxy - probe
+  Vec newton_step_{0.0};
+  Vec rest_{0.0};  // gradient: what is left of spring and forces
+  SymmetricMatrix curvature_{};
+  Real tolerance_ = 0.0, farthest_ = 0.0, smallest_ = 0.0;
+  int iterations_ = 0, settle_steps_ = 0;
+};
+
+extern template class ConvexBalance<double>;
+extern template class ConvexBalance<long double>;
+
+}  // namespace palpate

@@ -1,0 +1,382 @@
+#include "module/haptics/proxy/carrier.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "module/haptics/proxy/back_track.h"
+#include "module/haptics/proxy/local_reader.h"
+#include "module/haptics/proxy/world_sink.h"
+#include "module/scene/cycle_closing.h"
+#include "module/scene/drive.h"
+
+namespace palpate {
+namespace {
+
+// A path is sampled a little more than twice per voxel, so that a shell one voxel thick can not be
+// stepped over.
+constexpr double kStridePerVoxel = 0.45;
+
+// The weight of a field by its confidence: 0 below the first, 1 above the second, smooth in
+// between.
+constexpr double kNoConfidence = 0.10, kFullConfidence = 0.35;
+
+// A determinant below this is a fold: directions there are not to be trusted.
+constexpr double kFlattest = 0.02;
+
+// In a field that is not invertible everywhere, q above this is so near to a fold that a piece of
+// the way may have led through it.
+constexpr double kRough = 0.5;
+
+// A plane counts as standing across the gradient if the cosine is this close to 1: rounding.
+constexpr double kAcross = 1e-9;
+
+double worth(double confidence) {
+  const double t =
+      std::clamp((confidence - kNoConfidence) / (kFullConfidence - kNoConfidence), 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
+
+/// What a mode reads of a frame: its values, or the distance to a segment.
+const FrameData& source_of(const SceneMode& mode, const MovingVolume& data, int frame) {
+  if (mode.segment < 0) return *data.frames[size_t(frame)];
+  return *data.segments[size_t(mode.segment)].distance_mm[size_t(frame)];
+}
+
+double squared(const glm::dmat3& m) {
+  return glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]);
+}
+
+/// Gives the planes from index `first` on the iso-surfaces that they lie on: those that stand at
+/// the proxy (`at`, world) across the data's gradient. `derivative` is that of the map from the
+/// data frame to the world.
+void tell_surface_values(const LocalData& data, const ModeSpec& mode, const glm::dmat3& derivative,
+                         glm::dvec3 at, int first, Placed& out) noexcept {
+  for (int i = first; i < out.set.count(); ++i) out.surface_value[i] = {};
+  if (mode.scalar != ScalarProperty::kValue || first == out.set.count()) return;
+  const glm::dvec3 a = derivative[0], b = derivative[1], c = derivative[2];
+  const glm::dvec3 bc = glm::cross(b, c), uphill = data.scalar_gradient();
+  const glm::dvec3 gradient =
+      (uphill.x * bc + uphill.y * glm::cross(c, a) + uphill.z * glm::cross(a, b)) / glm::dot(a, bc);
+  const double steepness = glm::length(gradient);
+  for (int i = first; i < out.set.count(); ++i) {
+    if (out.set[i].kind != Primitive::Kind::kPlane || out.set[i].position != at) continue;
+    const double slope = glm::dot(gradient, out.set[i].direction);
+    if (std::abs(slope) > (1.0 - kAcross) * steepness)
+      out.surface_value[i] = {data.scalar(), slope};
+  }
+}
+
+/// Data that do not move. The volume may move as a whole; then the point moves with it.
+class StillCarrier final : public Carrier {
+ public:
+  explicit StillCarrier(const VolumeRun& volume)
+      : volume_(volume), data_(*volume.plan->data), frame_(*data_.frames.front()) {}
+
+  void carry() noexcept override {
+    at_ = volume_.world(material_);
+    set_stride(frame_.detail_m() * volume_.least_scale);
+  }
+  bool go_to(glm::dvec3 world) noexcept override {
+    at_ = world;
+    material_ = volume_.volume(world);
+    return true;
+  }
+  void place(const SceneMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
+             Placed& out) noexcept override {
+    const StillReader data(source_of(mode, data_, 0), mode.spec, material_, read_);
+    const auto forward = [this](glm::dvec3 x) { return volume_.world(x); };
+    WorldSink sink(out.set, volume_.linear, material_, at_, weight, cap_n, forward);
+    const int first = out.set.count();
+    mode.mode->place({data, material_, volume_.volume(probe), dt_s}, sink);
+    tell_surface_values(data, mode.spec, volume_.linear, at_, first, out);
+    report_.unsound |= !data.sound();
+  }
+
+ private:
+  void set_stride(double detail_m) { stride_m_ = kStridePerVoxel * detail_m; }
+  const VolumeRun& volume_;
+  const MovingVolume& data_;
+  const FrameData& frame_;
+  LastRead read_;
+};
+
+/// Data that move and change: the point is kept in the coordinates of the frame the sequence stands
+/// in.
+class FlowingCarrier final : public Carrier {
+ public:
+  FlowingCarrier(const VolumeRun& volume, const Motion* motion)
+      : volume_(volume),
+        data_(*volume.plan->data),
+        motion_of_(motion),
+        method_(volume.plan->spec.back_tracking),
+        blend_(volume.plan->blends) {}
+
+  void carry() noexcept override {
+    if (volume_.crossed > 0) enter_next();
+    if (volume_.crossed < 0) enter_previous();
+    frame_ = volume_.pointer.frame;
+    const MotionMap* map = step(frame_);
+    motion_ = map ? map->sample(material_) : MotionSample{glm::dvec3(0.0), glm::dmat3(0.0), 1.0};
+    at_ = volume_.world(forward(material_, motion_.u_m));
+    look_for_roughness(map);
+    stride_m_ = kStridePerVoxel * data_.frames[frame_]->detail_m() * volume_.least_scale;
+  }
+
+  bool go_to(glm::dvec3 world) noexcept override {
+    const glm::dvec3 target = volume_.volume(world);
+    const MotionMap* map = step(frame_);
+    if (!map) {
+      material_ = target;
+      at_ = world;
+      return true;
+    }
+    const glm::dvec3 start = material_ + (target - volume_.volume(at_));
+    const BackTrack found =
+        back_track(*map, volume_.pointer.phase, target, start, closing_, method_);
+    if (!arrive(found, world)) return false;
+    look_for_roughness(map);
+    return true;
+  }
+
+  bool put(glm::dvec3 world) noexcept override {
+    closing_ = glm::dvec3(0.0);
+    if (!go_to(world)) return false;
+    set_closing();
+    return closing_ == glm::dvec3(0.0) || go_to(world);
+  }
+
+  void place(const SceneMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
+             Placed& out) noexcept override {
+    const double phase = volume_.pointer.phase;
+    report_.confidence = motion_.confidence;
+    weight *= worth(motion_.confidence);
+    if (!(weight > 0.0)) return;
+    const glm::dmat3 derivative = volume_.linear * stretch();
+    const auto to_world = [this](glm::dvec3 x) {
+      const MotionMap* map = step(frame_);
+      return volume_.world(map ? forward(x, map->displacement(x)) : x);
+    };
+    WorldSink sink(out.set, derivative, material_, at_, weight, cap_n, to_world);
+    const glm::dvec3 probe_here = mode.mode->wants_probe() ? taken_back(probe) : material_;
+    const FrameData& frame = source_of(mode, data_, frame_);
+    const int first = out.set.count();
+    if (blend_ && phase > 0.0) {
+      const FrameData& next = source_of(mode, data_, next_of(frame_));
+      const BlendedReader data(frame, next, mode.spec, material_,
+                               material_ + motion_.u_m + closing_, motion_.jacobian, phase, read_,
+                               read_next_);
+      mode.mode->place({data, material_, probe_here, dt_s}, sink);
+      tell_surface_values(data, mode.spec, derivative, at_, first, out);
+      report_.unsound |= !data.sound();
+    } else {
+      const StillReader data(frame, mode.spec, material_, read_);
+      mode.mode->place({data, material_, probe_here, dt_s}, sink);
+      tell_surface_values(data, mode.spec, derivative, at_, first, out);
+      report_.unsound |= !data.sound();
+    }
+  }
+
+ private:
+  int next_of(int frame) const {
+    return frame + 1 < int(data_.frames.size()) ? frame + 1 : (data_.times.cyclic() ? 0 : frame);
+  }
+  const MotionMap* step(int frame) const {
+    return motion_of_ && frame < int(motion_of_->steps.size()) ? motion_of_->steps[frame].get()
+                                                               : nullptr;
+  }
+  glm::dvec3 forward(glm::dvec3 x, glm::dvec3 u) const {
+    return x + volume_.pointer.phase * (u + closing_);
+  }
+
+  void look_for_roughness(const MotionMap* map) noexcept {
+    if (!map || map->worst_contraction() < 1.0F) return;
+    report_.rough |= squared(motion_.jacobian) >= kRough * kRough;
+  }
+
+  /// The deformation gradient at the point, from the data frame to now. In a fold it would turn
+  /// surfaces inside out, so there the last valid one is used.
+  const glm::dmat3& stretch() noexcept {
+    const glm::dmat3 now = glm::dmat3(1.0) + volume_.pointer.phase * motion_.jacobian;
+    if (glm::determinant(now) > kFlattest) stretch_ = now;
+    return stretch_;
+  }
+
+  /// Case B: the step is done, whole: the material point is one of the next frame's now.
+  void enter_next() noexcept {
+    if (const MotionMap* map = step(frame_)) material_ += map->displacement(material_) + closing_;
+    set_closing();
+  }
+
+  /// Case B backwards: the point of the frame before that comes to here.
+  void enter_previous() noexcept {
+    const int frame = volume_.pointer.frame;
+    closing_ = glm::dvec3(0.0);
+    if (closes(frame)) closing_ = closing_backward(motion_of_->steps, material_);
+    const MotionMap* map = step(frame);
+    if (!map) return;
+    const glm::dvec3 start = material_ - map->displacement(material_) - closing_;
+    const BackTrack found = back_track(*map, 1.0, material_, start, closing_, method_);
+    report_.steps = std::max(report_.steps, found.steps);
+    if (found.ok)
+      material_ = found.x_m;
+    else
+      report_.frozen = true;
+  }
+
+  bool closes(int frame) const {
+    return data_.times.cyclic() && motion_of_ && frame + 1 == int(motion_of_->steps.size()) &&
+           frame > 0;
+  }
+  void set_closing() noexcept {
+    closing_ = closes(volume_.pointer.frame) ? closing_forward(motion_of_->steps, material_)
+                                             : glm::dvec3(0.0);
+  }
+
+  /// The hand's place in the data frame. If it can not be found the proxy's place is given, and
+  /// that is no failure of the proxy.
+  glm::dvec3 taken_back(glm::dvec3 probe) const noexcept {
+    const glm::dvec3 target = volume_.volume(probe);
+    const MotionMap* map = step(frame_);
+    if (!map) return target;
+    const BackTrack found =
+        back_track(*map, volume_.pointer.phase, target, target, closing_, method_);
+    return found.ok ? found.x_m : material_;
+  }
+
+  const VolumeRun& volume_;
+  const MovingVolume& data_;
+  const Motion* motion_of_;
+  BackTracking method_;
+  bool blend_;
+  int frame_ = 0;
+  glm::dmat3 stretch_{1.0};
+  glm::dvec3 closing_{0.0};  ///< of the last step of a cycle, for the material the proxy is on
+  LastRead read_, read_next_;
+};
+
+/// One frame's values carried by one motion for all times: the material point is a place of that
+/// frame, and time only says where it is now. There are no borders between frames.
+class MaterialCarrier final : public Carrier {
+ public:
+  explicit MaterialCarrier(const VolumeRun& volume)
+      : volume_(volume),
+        data_(*volume.plan->data),
+        now_(*data_.whole, data_.whole->basis().at(0, 0.0)) {
+    stride_m_ = kStridePerVoxel * data_.frames.front()->detail_m() * volume.least_scale;
+  }
+
+  void carry() noexcept override {
+    now_.set(now_.map().basis().at(volume_.pointer.frame, volume_.pointer.phase));
+    motion_ = now_.sample(material_);
+    at_ = volume_.world(material_ + motion_.u_m);
+    look_for_roughness();
+    stride_m_ = kStridePerVoxel * data_.frames.front()->detail_m() * volume_.least_scale;
+  }
+
+  bool go_to(glm::dvec3 world) noexcept override {
+    const glm::dvec3 target = volume_.volume(world);
+    const BackTrack found = back_track(now_, target, material_ + (target - volume_.volume(at_)));
+    if (!arrive(found, world)) return false;
+    look_for_roughness();
+    return true;
+  }
+
+  void place(const SceneMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
+             Placed& out) noexcept override {
+    report_.confidence = motion_.confidence;
+    weight *= worth(motion_.confidence);
+    if (!(weight > 0.0)) return;
+    const glm::dmat3 derivative = volume_.linear * stretch();
+    const auto to_world = [this](glm::dvec3 x) { return volume_.world(x + now_.displacement(x)); };
+    WorldSink sink(out.set, derivative, material_, at_, weight, cap_n, to_world);
+    const glm::dvec3 probe_here = mode.mode->wants_probe() ? taken_back(probe) : material_;
+    const StillReader data(source_of(mode, data_, 0), mode.spec, material_, read_);
+    const int first = out.set.count();
+    mode.mode->place({data, material_, probe_here, dt_s}, sink);
+    tell_surface_values(data, mode.spec, derivative, at_, first, out);
+    report_.unsound |= !data.sound();
+  }
+
+ private:
+  /// A motion from one reference frame is large and steep, but still has an inverse wherever it
+  /// does not fold.
+  void look_for_roughness() noexcept {
+    if (!now_.map().may_fold()) return;
+    report_.rough |= squared(motion_.jacobian) >= kRough * kRough;
+  }
+
+  /// The deformation gradient at the point; in a fold the last valid one.
+  const glm::dmat3& stretch() noexcept {
+    const glm::dmat3 now = glm::dmat3(1.0) + motion_.jacobian;
+    if (glm::determinant(now) > kFlattest) stretch_ = now;
+    return stretch_;
+  }
+
+  /// Where the hand is in the reference frame; the proxy's place if that can not be found.
+  glm::dvec3 taken_back(glm::dvec3 probe) noexcept {
+    const glm::dvec3 target = volume_.volume(probe);
+    const BackTrack found = back_track(now_, target, material_ + (target - volume_.volume(at_)));
+    return found.ok ? found.x_m : material_;
+  }
+
+  const VolumeRun& volume_;
+  const MovingVolume& data_;
+  SequenceSnapshot now_;
+  glm::dmat3 stretch_{1.0};
+  LastRead read_;
+};
+
+}  // namespace
+
+bool Carrier::arrive(const BackTrack& found, glm::dvec3 world) noexcept {
+  report_.steps = std::max(report_.steps, found.steps);
+  if (!found.ok) {
+    report_.frozen = true;
+    return false;
+  }
+  report_.residual_m = std::max(report_.residual_m, found.residual_m);
+  material_ = found.x_m;
+  motion_ = found.at;
+  at_ = world;
+  return true;
+}
+
+namespace {
+
+/// Only keys put a volume elsewhere than its own transform at the start.
+Transform first_of(const VolumeSpec& spec) {
+  return spec.drive.kind == DriveSpec::Kind::kKeys ? driven(spec.drive, spec.transform, 0.0)
+                                                   : spec.transform;
+}
+
+}  // namespace
+
+VolumeRun::VolumeRun(const SceneVolume& volume)
+    : plan(&volume), pose(volume.spec.path, first_of(volume.spec)), playback(&volume.data->times) {
+  playback.set_rate(volume.spec.rate);
+  set(first_of(volume.spec));
+}
+
+void VolumeRun::set(const Transform& to) noexcept {
+  transform = to;
+  linear = transform.linear();
+  offset = transform.translation_m;
+  // R S: its inverse is S^-1 R^T, exact where a general inverse would only be close.
+  inverse = glm::transpose(glm::mat3_cast(transform.rotation));
+  for (int c = 0; c < 3; ++c) inverse[c] /= transform.scale;
+  least_scale = std::min({transform.scale.x, transform.scale.y, transform.scale.z});
+}
+
+std::unique_ptr<Carrier> make_carrier(const SceneCarrier& plan, const VolumeRun& volume) {
+  switch (volume.plan->phase) {
+    case DataStage::kStill:
+      return std::make_unique<StillCarrier>(volume);
+    case DataStage::kMaterial:
+      return std::make_unique<MaterialCarrier>(volume);
+    case DataStage::kFrames:
+      break;
+  }
+  return std::make_unique<FlowingCarrier>(volume, plan.motion);
+}
+
+}  // namespace palpate

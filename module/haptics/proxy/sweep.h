@@ -1,0 +1,27 @@
+#pragma once
+
+#include "module/haptics/proxy/haptic_run.h"
+
+namespace palpate {
+
+/// What taking the proxy to its balance found.
+struct Sweep {
+  glm::dvec3 proxy{0.0};    ///< world, m
+  int pieces = 0;           ///< into which the way was cut
+  int primitives = 0;       ///< of the last balance
+  double residual_n = 0.0;  ///< of the last balance
+  bool touching = false;    ///< some primitive acts on the proxy
+};
+
+/// Moves the proxy from where its carriers have it to where spring and primitives balance (equation
+/// (11)), sampling the data on the way. The paper solves once per frame and jumps to the result, so
+/// it misses what lies between. Here the way is cut into pieces shorter than half a voxel, so
+/// nothing is stepped over, however fast hand and data are. A surface that is newly met is found by
+/// regula falsi, to a fifth of a micrometre. A piece along a surface is repeated with the mean of
+/// the primitives at its ends (midpoint rule), so that sliding over a curved surface neither digs
+/// in nor lifts off. A carrier whose point can not be found stays where it is. Real-time safe;
+/// after 48 pieces or 96 samples of the data (one per mode and place) the rest of the way is left
+/// to the next frame.
+Sweep sweep(HapticRun& run, glm::dvec3 probe, double stiffness_n_per_m, double dt_s) noexcept;
+
+}  // namespace palpate
