@@ -270,13 +270,10 @@ ForceBridge::BridgeFrame frame_of(double spring_n, double felt_n, double step_m)
 
 TEST(ForceLimits, BridgeGoesFasterWhereTheMotionMayNotBeInverted) {
   for (const bool rough : {false, true}) {
-    std::array<CarrierRun, 1> carriers;
-    auto carrier = std::make_unique<ToldCarrier>();
-    if (rough) carrier->set_rough();
-    carriers[0].carrier = std::move(carrier);
+    const std::array<ForceBridge::MaterialStep, 1> materials{{{{}, rough}}};
     ForceBridge bridge;
     ForceBridge::BridgeFrame frame = frame_of(0.0, 2.0, 0.0);
-    frame.carriers = carriers;
+    frame.materials = materials;
     const double rate = rough ? kFade_n_per_s : kSudden_n_per_s;
     EXPECT_NEAR(bridge.step(frame, nullptr).x, 2.0 - rate * kTick_s, kRounding_n);
     EXPECT_EQ(bridge.is_rough(), rough);
