@@ -16,14 +16,14 @@
 #include "integration/app/feel_report.h"
 #include "integration/app/outputs.h"
 #include "integration/app/picture_file.h"
-#include "integration/app/state_folder.h"
+#include "integration/app/session_flags.h"
 #include "integration/app/viewers.h"
 #include "integration/devices/spacemouse.h"
 #include "integration/files/atomic_file.h"
 #include "integration/files/frames.h"
 #include "integration/files/vtk_lines.h"
 #include "integration/loading/tubes_file.h"
-#include "integration/running/connected_session.h"
+#include "integration/running/open_session.h"
 #include "integration/running/replay.h"
 #include "module/haptics/servo/emergency.h"
 #include "module/session/gallery.h"
@@ -34,12 +34,10 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 using headset::GatedDevice;
-using running::FeltServer;
 using running::FlightRecorder;
-using running::FlightRecorderOptions;
-using running::LiveSource;
-using running::LiveSourceOptions;
-using running::ToolSource;
+using running::NoteSource;
+using running::PreparedSession;
+using running::SessionRequest;
 
 // a longer silence while reading is reported
 constexpr auto kSilence = std::chrono::milliseconds(500);
@@ -52,8 +50,20 @@ constexpr std::chrono::seconds kLastPicture{5};
 
 /// What is felt, for titles: a sequence of many files has the name of their folder.
 std::string name_of(const FeelCommand& command) {
-  const std::string first = command.inputs.front().string();
-  return openigtlink::is_place(first) ? first : files::sequence_name(command.inputs);
+  const std::string first = command.request.inputs.front().string();
+  return openigtlink::is_place(first) ? first : files::sequence_name(command.request.inputs);
+}
+
+/// A mouse needs a window, a controller a headset. Errors: kBadInput, with the option that gives
+/// one.
+Status check_hand(const std::string& device, const running::OtherHands& others) {
+  if (device == "controller" && !others.headset)
+    return Error{
+        ErrorKind::kBadInput,
+        "A controller can be the hand only where there is a headset: add --headset openxr"};
+  if (device != "mouse" || others.window) return Nothing{};
+  return Error{ErrorKind::kBadInput,
+               "A mouse can be the hand only where there is a window: add --headset none"};
 }
 
 /// One run of the loop with everything that listens to it.
@@ -68,21 +78,10 @@ class FeelRun {
 
   int run(CancelOnSignal& cancel) {
     cancel.end_at_once(true);
-    ForceDeviceChoice choice = command_.device;
     if (const Status looking = choose_viewers(); !looking) return fail(console_, looking.error());
-    choice.real_time = !command_.no_real_time;
-    choice.has_window = viewers_.window != nullptr;
-    choice.has_headset = viewers_.headset != nullptr;
-    if (!command_.hand) choice.device = "none";
-    if (!command_.tool.empty()) {
-      auto tool =
-          ToolSource::open(server_address(command_, command_.tool), command_.tool_name,
-                           [this](const std::string& note) { console_.say("Tool      " + note); });
-      if (!tool) return fail(console_, tool.error());
-      connected_.tool = std::move(*tool);
-      choice.device = "tool";
-    }
-    if (const Status met = check_choice(choice); !met) return fail(console_, met.error());
+    const running::OtherHands others{viewers_.window != nullptr, viewers_.headset != nullptr};
+    if (const Status met = check_hand(command_.request.device, others); !met)
+      return fail(console_, met.error());
     if (const Status look = check_look(command_.view.look); !look)
       return fail(console_, look.error());
     if (!command_.headless.empty()) {
@@ -90,33 +89,31 @@ class FeelRun {
       if (!outputs) return fail(console_, outputs.error());
       outputs_.emplace(std::move(*outputs));
     }
-    if (command_.serve_port > 0) {
-      auto server = FeltServer::start(uint16_t(command_.serve_port));
-      if (!server) return fail(console_, server.error());
-      connected_.server = std::move(*server);
-    }
-    auto scene = prepared(choice);
-    if (!scene) return fail(console_, scene.error());
+    auto prepared = prepared_with(others);
+    if (!prepared) return fail(console_, prepared.error());
+    LoadedScene& scene = prepared->scene;
     // Before a headset lets hands move volumes, too: those need no second hand.
-    const auto& volumes = scene->spec.volumes;
+    const auto& volumes = scene.spec.volumes;
     if (std::any_of(volumes.begin(), volumes.end(), [](const VolumeSpec& volume) {
           return volume.drive.kind == DriveSpec::Kind::kSecondHand;
         }))
       second_hand_ = std::make_unique<devices::SpaceMouse>();
-    if (viewers_.headset) fit_to_headset(*scene);
-    if (opened_.controller || opened_.tool) running::stand_in_true_size(*scene);
-    for (const std::string& line : scene_lines(*scene, connected_.live != nullptr))
+    if (prepared->leaves_motion_out)
+      scene.notes.push_back(
+          "No motion is estimated while recording: find it first with 'palpate motion', and name "
+          "its folder with --fields.");
+    if (viewers_.headset) fit_to_headset(scene, prepared->felt);
+    for (const std::string& line : scene_lines(scene, connected_.live != nullptr))
       console_.say(line);
-    if (command_.hand) console_.say(fmt::format("Device    {}", opened_.why));
-    for (const std::string& note : notes_of(*scene)) console_.say("Note      " + note);
+    if (command_.hand()) console_.say(fmt::format("Device    {}", prepared->felt.why));
+    for (const std::string& note : notes_of(scene)) console_.say("Note      " + note);
     console_.say("Shown     " + viewers_.why);
-    SessionOptions options = session_options(scene->spec);
-    if (const Status kept = start_flight(scene->spec, options.haptics.safety); !kept)
-      return fail(console_, kept.error());
-    const SceneSpec at_start = scene->spec;
+    add_viewers(prepared->options);
+    if (const Status can = check_tubes(); !can) return fail(console_, can.error());
+    const SceneSpec at_start = scene.spec;
     cancel.end_at_once(false);
-    if (const Status started = start(std::move(*scene), std::move(options)); !started)
-      return fail(console_, started.error());
+    if (const Status started = start(*prepared); !started) return fail(console_, started.error());
+    opened_ = std::move(prepared->felt);
     cancel.give_up_after(kPatience);
     feel(at_start, cancel.token());
     return finish();
@@ -140,14 +137,26 @@ class FeelRun {
  private:
   /// The slow work before the run: reading, and searching for a place to touch. Runs in parallel to
   /// the window, which stays responsive, and reports what it does.
-  Result<LoadedScene> prepared(const ForceDeviceChoice& choice) {
+  Result<PreparedSession> prepared_with(const running::OtherHands& others) {
     std::mutex mutex;
     std::string doing = "is being read";
-    const auto say = [&](const std::string& what) {
+    running::SessionCallbacks callbacks = session_callbacks();
+    callbacks.on_doing = [&](const std::string& what) {
       const std::lock_guard lock(mutex);
       doing = what;
     };
-    auto work = std::async(std::launch::async, [&] { return scene_and_device(choice, say); });
+    running::SessionHost host;
+    host.others = others;
+    host.else_simulated = host.sums_up = true;
+    SessionRequest request = command_.request;
+    if (request.shown_only) request.device = "none";
+    // Motion that is found during the run is no part of a recording.
+    if (!request.record.empty()) request.sequence.finds_motion = false;
+    request.sequence.holds_frames = request.motion && request.record.empty();
+    auto work = std::async(std::launch::async, [&] {
+      return running::prepare_session(std::move(request), std::move(host), std::move(callbacks),
+                                      connected_);
+    });
     const auto begin = Clock::now();
     while (work.wait_for(std::chrono::milliseconds(15)) != std::future_status::ready) {
       std::string now;
@@ -167,52 +176,18 @@ class FeelRun {
     return work.get();
   }
 
-  Result<LoadedScene> scene_and_device(const ForceDeviceChoice& choice,
-                                       const loading::OnDoing& doing) {
-    const bool live = openigtlink::is_place(command_.inputs.front().string());
-    if (live)
-      if (const Status opened = open_live(); !opened) return opened.error();
-    loading::SequenceChoices choices = command_.sequence;
-    choices.finds_motion = !command_.no_motion && command_.record.empty();
-    choices.holds_frames = choices.finds_motion;
-    auto scene = live            ? connected_.live->load(choices, command_.hand, doing)
-                 : command_.hand ? loading::load_scene(command_.inputs, choices, doing)
-                                 : loading::load_shown_scene(command_.inputs, choices, doing);
-    if (!scene) return scene;
-    apply_choices(*scene);
-    if (command_.hand) doing("looking for a surface to touch");
-    const bool fit = command_.hand && scene->from_sequence && command_.scale == "fit";
-    auto opened = open_force_device(choice, *scene, fit);
-    if (!opened) return opened.error();
-    opened_ = std::move(*opened);
-    connected_.device = std::move(opened_.device);
-    connected_.tool_hand = opened_.tool;
-    return scene;
-  }
-
-  Status open_live() {
-    if (command_.inputs.size() > 1)
-      return Error{ErrorKind::kBadInput,
-                   "A live source is felt alone: name it without other files"};
-    if (!command_.record.empty())
-      return Error{ErrorKind::kBadInput,
-                   "What comes from a live source is no part of a recording: leave --record out"};
-    LiveSourceOptions options;
-    options.image = command_.live_image;
-    options.transform = command_.live_transform;
-    options.keep_cycles = command_.keep_cycles;
-    if (!command_.preset.empty()) options.preset = command_.preset;
-    // A scene may be opened more than once; its notes are printed once.
-    options.open_context = [this, said = std::make_shared<std::atomic<bool>>(false)] {
+  running::SessionCallbacks session_callbacks() {
+    running::SessionCallbacks callbacks;
+    // The device may be opened more than once; what is to be said of it is said once.
+    callbacks.open_context = [this, said = std::make_shared<std::atomic<bool>>(false)] {
       Console quiet(true, false);
       return open_device(command_.gpu, said->exchange(true) ? quiet : console_);
     };
-    options.on_note = [this](const std::string& note) { console_.say("Live      " + note); };
-    auto opened = LiveSource::open(server_address(command_, command_.inputs.front().string()),
-                                   std::move(options));
-    if (!opened) return opened.error();
-    connected_.live = std::move(*opened);
-    return Nothing{};
+    callbacks.on_event = [this](const SessionEvent& event) { tell(event); };
+    callbacks.on_note = [this](NoteSource source, const std::string& note) {
+      console_.say((source == NoteSource::kLive ? "Live      " : "Tool      ") + note);
+    };
+    return callbacks;
   }
 
   Status choose_viewers() {
@@ -233,7 +208,7 @@ class FeelRun {
     auto viewers = open_viewers(choice);
     if (!viewers) return viewers.error();
     viewers_ = std::move(*viewers);
-    if (!command_.hand && !viewers_.window && !viewers_.headset && command_.serve_port == 0)
+    if (!command_.hand() && !viewers_.window && !viewers_.headset && command_.request.serve == 0)
       return Error{ErrorKind::kNoDevice,
                    "There is no display and no headset to view it in: --picture FILE.png or "
                    "--headless FOLDER draws pictures without"};
@@ -242,77 +217,30 @@ class FeelRun {
 
   /// A volume that stands still can be grabbed in the headset, and a controller needs the scene in
   /// true size.
-  void fit_to_headset(LoadedScene& scene) {
+  void fit_to_headset(LoadedScene& scene, const running::FeltDevice& felt) {
     make_movable(scene);
-    if (!opened_.controller && calibration_ &&
-        scene.spec.world_from_device.scale != glm::dvec3(1.0)) {
+    if (!felt.controller && calibration_ && scene.spec.world_from_device.scale != glm::dvec3(1.0)) {
       scene.spec.world_from_device.scale = glm::dvec3(1.0);
       scene.notes.push_back(
           "The hand's movements are not enlarged: the picture stands where the device is.");
     }
   }
 
-  void apply_choices(LoadedScene& scene) const {
-    if (command_.stiffness_n_per_m > 0.0) scene.spec.stiffness_n_per_m = command_.stiffness_n_per_m;
-    if (command_.max_force_n > 0.0) scene.spec.max_force_n = command_.max_force_n;
-    if (scene.from_sequence && command_.scale != "fit")
-      scene.spec.volumes[0].transform.scale = glm::dvec3(std::stod(command_.scale));
-    if (command_.estimate) forget_motion(scene);
-    // A recording contains the inputs of the loop, but no scene that is exchanged during the run.
-    if (!command_.record.empty() && !scene.missing.empty())
-      scene.notes.push_back(
-          "No motion is estimated while recording: find it first with 'palpate motion', and name "
-          "its folder with --fields.");
-    if (command_.no_motion || !command_.record.empty()) scene.missing.clear();
-  }
-
-  /// What the loop is to do.
-  SessionOptions session_options(const SceneSpec& spec) {
-    SessionOptions options;
+  /// What window and headset add to the loop.
+  void add_viewers(SessionOptions& options) {
     SafetyOptions& safety = options.haptics.safety;
-    safety.max_force_n = spec.max_force_n;
-    safety.dead_man = command_.dead_man;
-    running::set_watchdog(
-        options, 1e-3 * command_.watchdog_ms,
-        opened_.simulated || opened_.mouse || opened_.controller || opened_.tool || !command_.hand);
     if (viewers_.headset) GatedDevice::guard(safety);
     options.second_hand = second_hand_.get();
-    if (command_.hand) options.tube_buttons = headset::tube_buttons(safety);
-    options.servo.real_time.core = command_.core;
-    if (command_.no_real_time || !command_.hand)
-      options.servo.real_time = {
-          .priority = 0, .core = command_.core, .lock_memory = false, .cores_awake = false};
+    if (command_.hand()) options.tube_buttons = headset::tube_buttons(safety);
     if (viewers_.window) options.servo.listeners[1] = viewers_.window->listener();
-    options.motion.preset = command_.preset.empty() ? "balanced" : command_.preset;
-    options.motion.open_context = [this] { return open_device(command_.gpu, console_); };
-    options.on_event = [this](const SessionEvent& event) { tell(event); };
-    return options;
   }
 
-  Status start_flight(const SceneSpec& spec, const SafetyOptions& safety) {
-    FlightRecorderOptions options;
-    options.sums_up = true;
-    if (!command_.csv.empty()) options.table = command_.csv;
-    if (!command_.record.empty()) options.recording = command_.record;
-    if (command_.hand) {
-      if (!command_.tubes.empty())
-        if (const Status can = files::check_can_write_vtk(command_.tubes); !can) return can;
-      if (!command_.black_box.empty())
-        if (const Status can = files::check_can_write_folder(command_.black_box); !can) return can;
-      // Where no state can be kept, the working folder has to do.
-      const fs::path kept = state_folder();
-      options.black_box = !command_.black_box.empty() ? command_.black_box
-                          : kept.empty()              ? fs::path(".")
-                                                      : kept;
-    }
-    auto flight = FlightRecorder::start(
-        options, {spec, connected_.device->info(), safety, headset::tube_buttons(safety)});
-    if (!flight) return flight.error();
-    connected_.flight = std::move(*flight);
-    return Nothing{};
+  Status check_tubes() const {
+    if (!command_.hand() || command_.tubes.empty()) return Nothing{};
+    return files::check_can_write_vtk(command_.tubes);
   }
 
-  Status start(LoadedScene scene, SessionOptions options) {
+  Status start(PreparedSession& prepared) {
     if (viewers_.headset) {
       auto gate = std::make_unique<GatedDevice>(std::move(connected_.device),
                                                 command_.on_headset_loss == "go-on"
@@ -321,10 +249,10 @@ class FeelRun {
       gate_ = gate.get();
       connected_.device = std::move(gate);
     }
-    const HapticsOptions haptics = options.haptics;
-    if (const Status started = connected_.start(scene, std::move(options)); !started)
+    const HapticsOptions haptics = prepared.options.haptics;
+    if (const Status started = running::start_session(prepared, connected_); !started)
       return started;
-    const double wanted = scene.spec.stiffness_n_per_m;
+    const double wanted = prepared.scene.spec.stiffness_n_per_m;
     const double given = Haptics(haptics, connected_.device->info())
                              .stiffness_on_device(*connected_.session->scene(), wanted);
     if (given < wanted)
@@ -338,7 +266,7 @@ class FeelRun {
   /// The end of the run; a simulated hand presses once, or once more after the motion is known.
   double end_s(double motion_known_s) const {
     if (command_.seconds > 0.0) return command_.seconds;
-    if (!opened_.simulated) return 1e12;
+    if (!opened_.is_simulated) return 1e12;
     return motion_known_s + opened_.path_s + 0.5;
   }
 
@@ -353,7 +281,7 @@ class FeelRun {
     begin_viewers(scene);
     if (connected_.server) {
       console_.say(fmt::format("Serve     {}, by OpenIGTLink at port {}",
-                               command_.hand ? "what is felt" : "the moved volume and its motion",
+                               command_.hand() ? "what is felt" : "the moved volume and its motion",
                                connected_.server->port()));
       if (command_.json) print(serving_json(connected_));
     }
@@ -376,7 +304,7 @@ class FeelRun {
       std::string line = live_text(tick, connected_.session->statistics(), now_s);
       if (!motion.is_done()) line += "  " + motion_text(motion);
       if (connected_.live) line += "  " + connected_.live->live_text();
-      if (command_.hand) console_.live(line, state_text(tick));
+      if (command_.hand()) console_.live(line, state_text(tick));
       if (motion.is_done() && motion_known_s == 1e12) motion_known_s = now_s;
     }
     console_.end_progress();
@@ -474,7 +402,7 @@ class FeelRun {
 
   int finish() {
     Status done = kept_;
-    if (!command_.hand) {
+    if (!command_.hand()) {
       if (connected_.live) console_.say(connected_.live->summary());
       tell_what_was_sent();
       if (command_.json) print(served_json(connected_));
@@ -497,14 +425,17 @@ class FeelRun {
     if (connected_.tool) console_.say(connected_.tool->summary());
     if (connected_.live) console_.say(connected_.live->summary());
     tell_what_was_sent();
-    for (const fs::path& file : flight.black_box()->files())
-      console_.say(fmt::format("Wrote     {}: the ticks around a fault", file.string()));
-    if (const auto trouble = flight.black_box()->trouble()) console_.complain(*trouble);
-    if (!command_.csv.empty()) console_.say(fmt::format("Wrote     {}", command_.csv.string()));
+    if (BlackBox* const box = flight.black_box()) {
+      for (const fs::path& file : box->files())
+        console_.say(fmt::format("Wrote     {}: the ticks around a fault", file.string()));
+      if (const auto trouble = box->trouble()) console_.complain(*trouble);
+    }
+    if (!command_.request.csv.empty())
+      console_.say(fmt::format("Wrote     {}", command_.request.csv.string()));
     if (!command_.picture.empty())
       console_.say(fmt::format("Wrote     {}", command_.picture.string()));
-    if (!command_.record.empty())
-      console_.say(fmt::format("Wrote     {}", command_.record.string()));
+    if (!command_.request.record.empty())
+      console_.say(fmt::format("Wrote     {}", command_.request.record.string()));
     if (const auto lost = flight.lost()) console_.complain("palpate: " + *lost);
     if (!command_.tubes.empty() && done)
       console_.say(fmt::format("Wrote     {}", command_.tubes.string()));
@@ -567,7 +498,7 @@ class FeelRun {
   Console& console_;
   std::optional<Outputs> outputs_;
   std::optional<files::StoredCalibration> calibration_;
-  OpenedDevice opened_;
+  running::FeltDevice opened_;
   bool display_lost_ = false;
   bool is_ended_ = false, still_draws_ = false;
   Status kept_ = Nothing{};  ///< whether table and recording are complete
@@ -585,15 +516,16 @@ class FeelRun {
 /// Runs the same scene and device with no other work, for comparison: how its servo thread ran.
 Result<std::string> periods_alone(FeelCommand command, CancelOnSignal& cancel) {
   constexpr double kAlone_s = 5.0;
+  SessionRequest& request = command.request;
   command.headset = "off";
-  command.no_motion = command.quiet = true;
+  request.motion = false;
+  command.quiet = true;
   command.seconds = kAlone_s;
   for (fs::path* file :
-       {&command.headless, &command.csv, &command.picture, &command.record, &command.tubes})
+       {&command.headless, &request.csv, &command.picture, &request.record, &command.tubes})
     file->clear();
-  command.tool.clear();
-  if (command.device.device == "mouse" || command.device.device == "controller")
-    command.device.device = "simulated";
+  if (request.device == "mouse" || request.device == "controller") request.device = "simulated";
+  if (openigtlink::is_place(request.device)) request.device = "auto";
   Console quiet(true, false);
   FeelRun run(command, quiet);
   const int rc = run.run(cancel);
@@ -603,9 +535,9 @@ Result<std::string> periods_alone(FeelCommand command, CancelOnSignal& cancel) {
 }
 
 int replay_run(const FeelCommand& command, Console& console) {
-  loading::SequenceChoices choices = command.sequence;
+  loading::SequenceChoices choices = command.request.sequence;
   choices.finds_motion = false;  // as during the recording
-  auto scene = loading::load_scene(command.inputs, choices);
+  auto scene = loading::load_scene(command.request.inputs, choices);
   if (!scene) return fail(console, scene.error());
   if (!command.tubes.empty())
     if (const Status can = files::check_can_write_vtk(command.tubes); !can)

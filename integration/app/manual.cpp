@@ -9,6 +9,7 @@
 #include "integration/app/exit_code.h"
 #include "integration/app/outputs.h"
 #include "integration/app/progress.h"
+#include "integration/app/session_flags.h"
 #include "integration/files/atomic_file.h"
 
 namespace palpate::app {
@@ -398,7 +399,8 @@ Status write_manual(const CLI::App& program, const fs::path& folder) {
     if (const Status done = write("man1", page_name(*app) + ".1", man_page(*app, apps)); !done)
       return done;
   if (const Status done = write("bash", "palpate", bash_completion(program)); !done) return done;
-  return write("zsh", "_palpate", zsh_completion(program));
+  if (const Status done = write("zsh", "_palpate", zsh_completion(program)); !done) return done;
+  return write(".", "options.md", options_page());
 }
 
 }  // namespace

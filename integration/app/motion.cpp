@@ -9,7 +9,6 @@
 #include "integration/app/commands.h"
 #include "integration/app/delivery.h"
 #include "integration/app/exit_code.h"
-#include "integration/app/feel_run.h"
 #include "integration/app/gpu.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/overwrite.h"
@@ -22,6 +21,7 @@
 #include "integration/files/scene/option_ranges.h"
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
+#include "integration/running/session_options.h"
 
 namespace palpate::app {
 namespace {
@@ -501,7 +501,9 @@ Command add_motion(CLI::App& program) {
       "--cyclic", command->cyclic,
       "The last frame leads back to the first (one motion for all frames: if it does not, "
       "that is said and the cycle left open)");
-  add_frame_rate(*app, command->frames_per_second);
+  app->add_option("--fps,--frames-per-second", command->frames_per_second,
+                  std::string(running::find_option("frames_per_second")->help))
+      ->check(number_in(files::kFrameRates));
   app->add_flag("--inverse", command->inverse, "Also write the inverse of each field");
   app->add_flag("--confidence", command->confidence,
                 "Also write how far to trust each voxel, 0..1");

@@ -6,16 +6,20 @@
 #include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
 #include "integration/app/series_option.h"
-#include "integration/loading/load_scene.h"
+#include "integration/app/session_flags.h"
+#include "integration/running/open_session.h"
 #include "module/haptics/scene/scene.h"
 
 namespace palpate::app {
 namespace {
 
-int run(const std::vector<std::filesystem::path>& inputs, const loading::SequenceChoices& choices) {
+int run(const running::SessionRequest& request) {
   Console console(false, false);
-  const auto scene = loading::load_scene(inputs, choices);
+  const auto scene = loading::load_scene(request.inputs, request.sequence);
   if (!scene) return fail(console, scene.error());
+  running::SessionRequest of_scene = request;
+  if (const Status asked = running::set_scene_options(of_scene, scene->spec); !asked)
+    return fail(console, asked.error());
   const auto planned = plan(scene->spec, scene->data, scene->kinds);
   if (!planned) return fail(console, planned.error());
   console.say(text(**planned));
@@ -31,28 +35,18 @@ int run(const std::vector<std::filesystem::path>& inputs, const loading::Sequenc
 }  // namespace
 
 Command add_plan(CLI::App& program) {
-  auto inputs = std::make_shared<std::vector<std::filesystem::path>>();
-  auto choices = std::make_shared<loading::SequenceChoices>();
+  auto request = std::make_shared<running::SessionRequest>();
   CLI::App* app = program.add_subcommand(
       "plan", "Say what a scene needs in each haptic frame, what is left out, and why");
-  app->add_option("input", *inputs, "heart, shell, molecule, a scene file, or a sequence")
+  app->add_option("input", request->inputs, "heart, shell, molecule, a scene file, or a sequence")
       ->type_name("PATH")
       ->required();
-  add_series_option(*app, *inputs);
-  add_frame_rate(*app, choices->frames_per_second);
-  app->add_option("--fields", choices->fields,
-                  "What 'palpate motion' wrote: its folder or its sequence_motion.nrrd")
-      ->type_name("PATH")
-      ->check(an_existing_path());
-  add_values(*app, *choices);
-  add_modes(*app, *choices);
-  add_segments(*app, *choices);
-  add_wall(*app, *choices);
-  return {app,
-          [inputs, choices] { return run(*inputs, *choices); },
-          {"input", "--fields", "--folder", "--modes", "--segments"},
-          {},
-          {}};
+  add_series_option(*app, request->inputs);
+  add_session_options(*app, *request,
+                      {"frames_per_second", "fields", "values", "nan_as", "modes", "folder",
+                       "segments", "segments_frame", "segment_names", "wall"});
+  app->get_option("--wall")->excludes(app->get_option("--segments"));
+  return {app, [request] { return run(*request); }, input_options(*app, {"input"}), {}, {}};
 }
 
 }  // namespace palpate::app

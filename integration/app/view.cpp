@@ -11,8 +11,9 @@
 #include "integration/app/outputs.h"
 #include "integration/app/picture_file.h"
 #include "integration/app/series_option.h"
+#include "integration/app/session_flags.h"
 #include "integration/files/scene/option_ranges.h"
-#include "integration/running/live_source.h"
+#include "integration/running/open_session.h"
 #include "module/scene/drive.h"
 
 namespace palpate::app {
@@ -56,14 +57,13 @@ Status write_one_eye(const fs::path& path, const Picture& picture) {
 
 /// Loads the scene, or for a live source its first frame.
 Result<LoadedScene> shown_scene(const FeelCommand& command, Console& console) {
-  const std::string place = command.inputs.front().string();
-  if (!openigtlink::is_place(place))
-    return loading::load_shown_scene(command.inputs, command.sequence);
-  running::LiveSourceOptions options;
-  options.image = command.live_image;
-  options.on_note = [&console](const std::string& note) { console.say("Live      " + note); };
-  auto source = running::LiveSource::open(server_address(command, place), std::move(options));
-  return source ? (*source)->load(command.sequence, false, {}) : source.error();
+  running::SessionCallbacks callbacks;
+  callbacks.on_note = [&console](running::NoteSource, const std::string& note) {
+    console.say("Live      " + note);
+  };
+  auto read = running::read_scene(command.request, callbacks);
+  if (!read) return read.error();
+  return std::move(read->scene);
 }
 
 /// Writes pictures without any display: one picture, or every frame for two eyes.
@@ -115,10 +115,13 @@ Status draw(const FeelCommand& command, double frame, Console& console, std::sto
 }
 
 int run(FeelCommand command, double frame) {
-  command.hand = command.view.hand = false;
-  command.no_motion = true;
-  command.sequence.wall = loading::FeltWall::kNotFelt;
-  if (command.picture.empty() && command.headless.empty()) return run_feel(command);
+  command.request.shown_only = true;
+  command.view.hand = false;
+  command.request.sequence.wall = loading::FeltWall::kNotFelt;
+  if (command.picture.empty() && command.headless.empty()) {
+    command.request.motion = false;
+    return run_feel(command);
+  }
   Console console(command.quiet, false);
   const CancelOnSignal cancel;
   if (const Status look = check_look(command.view.look); !look) return fail(console, look.error());
@@ -134,12 +137,12 @@ Command add_view(CLI::App& program) {
   command->picture_size = 768;
   CLI::App* app = program.add_subcommand(
       "view", "Look at volumes, sequences or fields, without forces: window, headset or pictures");
-  app->add_option("input", command->inputs,
+  app->add_option("input", command->request.inputs,
                   "heart, shell, molecule, a scene file, a sequence as in 'palpate motion', a "
                   "field, several volumes of one space, or igtl://HOST:PORT: live images")
       ->type_name("PATH")
       ->required();
-  add_series_option(*app, command->inputs);
+  add_series_option(*app, command->request.inputs);
   app->add_option("--picture", command->picture, "Write a picture (PNG); needs no display")
       ->type_name("FILE");
   app->add_option("--frame", *frame, "Which frame --picture shows, from 0 on; 1.5: in between")
@@ -151,24 +154,15 @@ Command add_view(CLI::App& program) {
   add_seeing(*app, *command);
   app->add_option("--seconds", command->seconds, "Window or headset: end after this time")
       ->check(number_in(files::kRunTimes_s));
-  add_frame_rate(*app, command->sequence.frames_per_second);
-  app->add_option("--fields", command->sequence.fields,
-                  "What 'palpate motion' wrote, its folder or its sequence_motion.nrrd, moves the "
-                  "picture")
-      ->type_name("PATH")
-      ->check(an_existing_path());
-  add_values(*app, command->sequence);
-  add_live(*app, *command);
-  add_modes(*app, command->sequence);
-  add_segments(*app, command->sequence);
-  app->add_flag_callback(
-      "--not-cyclic", [command] { command->sequence.cyclic = false; },
-      "The last frame does not lead back to the first");
+  add_session_options(
+      *app, command->request,
+      {"frames_per_second", "fields", "values", "nan_as", "image", "transform", "crc", "follow",
+       "modes", "folder", "segments", "segments_frame", "segment_names", "cyclic"});
   add_gpu_option(*app, command->gpu);
   app->add_flag("--quiet", command->quiet, "Print errors only");
   return {app,
           [command, frame] { return run(*command, *frame); },
-          {"input", "--fields", "--folder", "--modes", "--segments"},
+          input_options(*app, {"input"}),
           {"--picture", "--headless"},
           {}};
 }

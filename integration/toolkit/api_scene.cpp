@@ -3,12 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "integration/files/scene/scene_file.h"
 #include "integration/files/vtk_lines.h"
 #include "integration/loading/load_scene.h"
 #include "integration/loading/tubes_file.h"
-#include "integration/running/live_source.h"
+#include "integration/running/open_session.h"
 #include "integration/running/replay.h"
 #include "integration/toolkit/motion_content.h"
 #include "integration/toolkit/options.h"
@@ -72,85 +73,75 @@ bool has_strings(const char* const* strings, uint64_t count) {
                         }));
 }
 
-/// Reads the options of a sequence without a scene file.
-Status take_words(const PalSceneInfo& info, loading::SequenceChoices& choices) {
-  const auto refused = [](const std::string& sentence) {
-    return Error{ErrorKind::kBadInput, sentence};
-  };
-  if (info.wall) {
-    const std::string wall = info.wall;
-    if (wall != "values" && wall != "region" && wall != "ridges")
-      return refused("There is no wall '" + wall + "': values, region or ridges");
-    choices.wall = wall == "values"   ? loading::FeltWall::kValues
-                   : wall == "region" ? loading::FeltWall::kRegion
-                                      : loading::FeltWall::kRidges;
-  }
-  if (info.values) {
-    const auto& known = files::SceneWords::kValues;
-    const auto found = std::find_if(known.begin(), known.end(),
-                                    [&](const auto& word) { return word.first == info.values; });
-    if (found == known.end())
-      return refused(fmt::format("There are no values '{}': reference, mean or own", info.values));
-    choices.values = found->second;
-  }
-  if (info.width > 0.0) choices.width = info.width;
-  if (info.segmentation_count > 0 && info.wall)
-    return refused("The parts of a segmentation are the walls: give segments or a wall");
+nlohmann::json texts_of(const char* const* texts, uint64_t count) {
+  nlohmann::json list = nlohmann::json::array();
+  for (uint64_t k = 0; k < count; ++k) list.push_back(texts[k]);
+  return list;
+}
+
+/// The fields of the structure, as options; then the text of options.
+Status take_options(const PalSceneInfo& info, running::SessionRequest& request) {
+  const auto refused = [](const char* sentence) { return Error{ErrorKind::kBadInput, sentence}; };
+  constexpr uint32_t kFlags = PAL_SCENE_MOVABLE | PAL_SCENE_TRUE_SIZE | PAL_SCENE_NOT_CYCLIC |
+                              PAL_SCENE_LIVE | PAL_SCENE_NO_MOTION | PAL_SCENE_FORGET_MOTION;
+  if (const Status checked = check_flags("PalSceneInfo", info.flags, kFlags); !checked)
+    return checked;
   if (!has_strings(info.segments, info.segmentation_count) ||
       !has_strings(info.segment_names, info.segment_count))
     return refused("A segmentation's file or the name of a segment is missing");
-  for (uint32_t k = 0; k < info.segmentation_count; ++k)
-    choices.segments.emplace_back(info.segments[k]);
-  for (uint64_t k = 0; k < info.segment_count; ++k)
-    choices.segment_names.emplace_back(info.segment_names[k]);
-  choices.segments_frame = info.segments_frame;
-  return Nothing{};
-}
-
-Status check_numbers(const PalSceneInfo& info) {
-  constexpr uint32_t kFlags = PAL_SCENE_MOVABLE | PAL_SCENE_TRUE_SIZE | PAL_SCENE_NOT_CYCLIC |
-                              PAL_SCENE_LIVE | PAL_SCENE_NO_MOTION | PAL_SCENE_FORGET_MOTION;
-  // Below 0 there is no friction.
-  const double friction =
-      std::isfinite(info.friction) ? std::max(info.friction, 0.0) : info.friction;
-  for (const Status& checked :
-       {check_flags("PalSceneInfo", info.flags, kFlags),
-        check_number("iso_value", info.iso_value ? *info.iso_value : 0.0, files::kAnyNumber),
-        check_field("strength_n", info.strength_n, files::kSurfaceStrengths_n),
-        check_field("friction", friction, files::kFrictions),
-        check_field("frames_per_second", info.frames_per_second, files::kFrameRates),
-        check_field("width", info.width, files::kWidths),
-        check_field("scale", info.scale, files::kScales),
-        check_field("segments_frame", double(info.segments_frame), files::kFrameNumbers),
-        check_field("wait_s", info.wait_s, files::kWaits_s)})
-    if (!checked) return checked.error();
-  return Nothing{};
-}
-
-/// The host's choices, checked and converted.
-Result<loading::SequenceChoices> choices_of(const PalSceneInfo& info,
-                                            const std::vector<PalFrames>& all_frames) {
-  if (const Status checked = check_numbers(info); !checked) return checked.error();
-  loading::SequenceChoices choices;
-  if (info.iso_value) choices.iso_value = *info.iso_value;
-  if (info.strength_n > 0.0) choices.strength_n = info.strength_n;
-  if (info.friction != 0.0) choices.friction = std::max(info.friction, 0.0);
-  choices.frames_per_second = info.frames_per_second;
-  if (info.fields) choices.fields = info.fields;
-  if (info.folder) choices.folder = info.folder;
-  choices.cyclic = !(info.flags & PAL_SCENE_NOT_CYCLIC);
-  choices.finds_motion = !(info.flags & PAL_SCENE_NO_MOTION);
-  if (const Status words = take_words(info, choices); !words) return words.error();
   if (!has_strings(info.mode_libraries, info.mode_library_count))
-    return Error{ErrorKind::kBadInput, "A path of the libraries of modes is missing"};
-  for (uint32_t k = 0; k < info.mode_library_count; ++k)
-    choices.mode_libraries.emplace_back(info.mode_libraries[k]);
+    return refused("A path of the libraries of modes is missing");
+  request.wait_s = 10.0;
+  // Below 0 there is no friction.
+  const bool no_friction = std::isfinite(info.friction) && info.friction < 0.0;
+  OptionTaker take(request);
+  if (info.iso_value) take.any("iso_value", number(*info.iso_value));
+  take.number("strength_n", info.strength_n);
+  if (no_friction)
+    take.any("friction", 0.0);
+  else
+    take.number("friction", info.friction);
+  take.number("frames_per_second", info.frames_per_second);
+  take.text("fields", info.fields);
+  take.text("folder", info.folder);
+  take.text("wall", info.wall);
+  take.text("values", info.values);
+  take.number("width", info.width);
+  take.number("scale", info.scale);
+  if (info.segmentation_count > 0)
+    take.any("segments", texts_of(info.segments, info.segmentation_count));
+  take.number("segments_frame", double(info.segments_frame));
+  if (info.segment_count > 0)
+    take.any("segment_names", texts_of(info.segment_names, info.segment_count));
+  if (info.mode_library_count > 0)
+    take.any("modes", texts_of(info.mode_libraries, info.mode_library_count));
+  take.text("image", info.image);
+  take.text("transform", info.transform);
+  take.number("wait_s", info.wait_s);
+  take.flag("movable", info.flags, PAL_SCENE_MOVABLE, true);
+  take.flag("true_size", info.flags, PAL_SCENE_TRUE_SIZE, true);
+  take.flag("cyclic", info.flags, PAL_SCENE_NOT_CYCLIC, false);
+  take.flag("motion", info.flags, PAL_SCENE_NO_MOTION, false);
+  take.flag("forget_motion", info.flags, PAL_SCENE_FORGET_MOTION, true);
+  take.all(info.options, running::OptionStage::kScene);
+  if (!take.status()) return take.status();
+  if (request.given.contains("segments") && request.given.contains("wall"))
+    return refused("The parts of a segmentation are the walls: give segments or a wall");
+  return Nothing{};
+}
+
+/// The host's request, checked and converted.
+Result<running::SessionRequest> request_of(const PalSceneInfo& info,
+                                           const std::vector<PalFrames>& all_frames) {
+  running::SessionRequest request;
+  if (const Status taken = take_options(info, request); !taken) return taken.error();
+  if (info.paths) request.inputs = {info.paths, info.paths + info.path_count};
   for (const PalFrames& frames : all_frames) {
     auto given = given_of(frames);
     if (!given) return given.error();
-    choices.given[frames.name] = std::move(*given);
+    request.sequence.given[frames.name] = std::move(*given);
   }
-  return choices;
+  return request;
 }
 
 bool has_place(const PalSceneInfo& info) {
@@ -159,36 +150,42 @@ bool has_place(const PalSceneInfo& info) {
 }
 
 /// Loads the live scene, with the source of its frames.
-Result<LoadedScene> load_live(const PalSceneInfo& info, const loading::SequenceChoices& choices,
-                              LiveOrigin& origin) {
+Result<LoadedScene> load_live(const running::SessionRequest& request, LiveOrigin& origin) {
   const auto refused = [](const char* sentence) { return Error{ErrorKind::kBadInput, sentence}; };
-  constexpr double kUsualWait_s = 10.0;
-  if (info.path_count != 1) return refused("A live source is felt alone: give no other path");
-  const std::string path = info.paths[0];
-  if (!openigtlink::is_place(path)) {
-    const auto given = choices.given.find(path);
-    if (choices.given.size() != 1 || given == choices.given.end())
-      return refused(
-          "With PAL_SCENE_LIVE the only path is the name of the only PalFrames, the first frame");
-    const Sequence& frames = given->second->frames;
-    if (frames.frames.size() != 1 || given->second->motion)
-      return refused("With PAL_SCENE_LIVE there is one frame, the first, and no motion");
-    origin.first = frames.frames.front();
-    return running::live_scene(path, frames.frames.front(), choices, true,
-                               (info.flags & PAL_SCENE_MOVABLE) != 0);
+  if (request.inputs.size() != 1) return refused("A live source is felt alone: give no other path");
+  const std::string path = request.inputs.front().string();
+  if (openigtlink::is_place(path)) {
+    if (!request.transform.empty() && request.movable)
+      return refused("Either transforms of the server move the volume, or the host does");
+    auto read = running::read_scene(request, {});
+    if (!read) return read.error();
+    origin.first = read->live->first();
+    origin.is_server = true;
+    return std::move(read->scene);
   }
-  if (info.image) origin.image = info.image;
-  if (info.transform) origin.transform = info.transform;
-  if (!origin.transform.empty() && (info.flags & PAL_SCENE_MOVABLE))
-    return refused("Either transforms of the server move the volume, or the host does");
-  running::LiveSourceOptions options;
-  options.image = origin.image;
-  options.transform = origin.transform;
-  auto source = running::LiveSource::open(path, std::move(options));
-  if (!source) return source.error();
-  auto scene = (*source)->load(choices, true, {}, info.wait_s > 0.0 ? info.wait_s : kUsualWait_s);
-  origin.place = path;
-  origin.first = (*source)->first();
+  const auto& all_given = request.sequence.given;
+  const auto given = all_given.find(path);
+  if (all_given.size() != 1 || given == all_given.end())
+    return refused(
+        "With PAL_SCENE_LIVE the only path is the name of the only PalFrames, the first frame");
+  const Sequence& frames = given->second->frames;
+  if (frames.frames.size() != 1 || given->second->motion)
+    return refused("With PAL_SCENE_LIVE there is one frame, the first, and no motion");
+  origin.first = frames.frames.front();
+  auto scene = running::live_scene(path, origin.first, request.sequence, true, request.movable);
+  if (scene) running::apply_scene_options(request, *scene);
+  return scene;
+}
+
+/// Loads the scene that the host describes by paths or JSON.
+Result<LoadedScene> load(const PalSceneInfo& info, const running::SessionRequest& request) {
+  if (!info.json) {
+    auto read = running::read_scene(request, {});
+    if (!read) return read.error();
+    return std::move(read->scene);
+  }
+  auto scene = loading::load_scene_text(info.json, request.sequence);
+  if (scene) running::apply_scene_options(request, *scene);
   return scene;
 }
 
@@ -209,33 +206,36 @@ PalResult open_scene(PalContext* context, const PalSceneInfo* given, PalScene** 
     return failed(PAL_BAD_INPUT, {"A path of the scene is empty"});
   std::vector<PalFrames> frames;
   if (const PalResult read = take_frames(info, frames); read != PAL_OK) return read;
-  auto choices = choices_of(info, frames);
-  if (!choices) return failed(choices.error());
+  auto request = request_of(info, frames);
+  if (!request) return failed(request.error());
   const bool is_live = (info.flags & PAL_SCENE_LIVE) || (has_paths && has_place(info));
   if (is_live && !has_paths)
     return failed(PAL_BAD_INPUT, {"A live source is felt as a sequence without a scene: give "
                                   "paths instead of JSON"});
   LiveOrigin origin;
-  auto loaded = is_live ? load_live(info, *choices, origin)
-                : has_paths
-                    ? loading::load_scene({info.paths, info.paths + info.path_count}, *choices)
-                    : loading::load_scene_text(info.json, *choices);
+  auto loaded = is_live ? load_live(*request, origin) : load(info, *request);
   if (!loaded) return failed(loaded.error());
-  if (info.flags & PAL_SCENE_FORGET_MOTION) forget_motion(*loaded);
-  if (info.flags & PAL_SCENE_NO_MOTION) loaded->missing.clear();
-  if (info.scale > 0.0 && loaded->from_sequence)
-    loaded->spec.volumes[0].transform.scale = glm::dvec3(info.scale);
   auto content = std::make_shared<SceneContent>();
   if (is_live) content->live = std::move(origin);
   content->context = use.shared();
   content->scene = std::move(*loaded);
-  content->keeps_size = (info.flags & PAL_SCENE_TRUE_SIZE) || info.scale > 0.0;
-  if (info.flags & PAL_SCENE_MOVABLE) make_movable(content->scene);
+  request->sequence.given.clear();  // the scene has what it needs of them
+  content->request = std::move(*request);
   for (const auto& volume : content->scene.data)
     if (std::string note = assumed_times_text(*volume, "frames_per_second"); !note.empty())
       content->scene.notes.push_back(std::move(note));
   for (const std::string& note : content->scene.notes) content->context->say(note.c_str());
   *scene = reinterpret_cast<PalScene*>(Handle<SceneContent>::make(std::move(content)));
+  return PAL_OK;
+}
+
+/// A text into the memory of the host, as far as it has room.
+PalResult given_out(const std::string& all, char* text, size_t capacity, size_t* length) {
+  if (length) *length = all.size();
+  if (!text || capacity == 0) return PAL_OK;
+  const size_t written = std::min(all.size(), capacity - 1);
+  std::memcpy(text, all.data(), written);
+  text[written] = '\0';
   return PAL_OK;
 }
 
@@ -311,12 +311,14 @@ PalResult pal_scene_text(const PalScene* scene, PalSceneText which, char* text, 
       return failed(PAL_BAD_INPUT, {"There is no such text of a scene"});
     const auto all = text_of(use->scene, which);
     if (!all) return failed(all.error());
-    if (length) *length = all->size();
-    if (!text || capacity == 0) return PAL_OK;
-    const size_t written = std::min(all->size(), capacity - 1);
-    std::memcpy(text, all->data(), written);
-    text[written] = '\0';
-    return PAL_OK;
+    return given_out(*all, text, capacity, length);
+  });
+}
+
+PalResult pal_options(char* text, size_t capacity, size_t* length) {
+  return guarded([&] {
+    static const std::string all = palpate::running::options_json();
+    return given_out(all, text, capacity, length);
   });
 }
 

@@ -4,12 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compute/motion/options.h"
-#include "integration/devices/force_devices.h"
-#include "integration/files/atomic_file.h"
-#include "integration/loading/replay_key.h"
 #include "integration/loading/tubes_file.h"
-#include "integration/running/simulated_hand.h"
+#include "integration/running/open_session.h"
 #include "integration/toolkit/options.h"
 #include "integration/toolkit/session_content.h"
 #include "module/haptics/servo/monotonic.h"
@@ -116,19 +112,8 @@ PalResult take_info(const PalDeviceInfo* given, DeviceInfo& info) {
   return PAL_OK;
 }
 
-/// The session's device, and the scene scaled to it.
-struct Felt {
-  LoadedScene scene;
-  DeviceInfo device;
-  bool is_harmless = false;
-};
-
-/// Scales a sequence to the device's workspace, unless it has to keep its size.
-void fit(Felt& felt, const SceneContent& of_scene) {
-  if (felt.scene.from_sequence && !of_scene.keeps_size) fit_to_reach(felt.scene, felt.device);
-}
-
-PalResult take_host_device(const PalDevice& given, SessionContent& content) {
+PalResult take_host_device(const PalDevice& given, const SessionContent& content,
+                           std::unique_ptr<ForceDevice>& taken_device) {
   PalDevice host;
   if (const PalResult read = taken(&given, offsetof(PalDevice, user), "PalDevice", host);
       read != PAL_OK)
@@ -138,159 +123,90 @@ PalResult take_host_device(const PalDevice& given, SessionContent& content) {
   if (const PalResult read = take_info(host.info, known); read != PAL_OK) return read;
   auto device = std::make_unique<HostDevice>(host, std::move(known));
   device->belongs_to(&content);
-  content.connected.device = std::move(device);
+  taken_device = std::move(device);
   return PAL_OK;
 }
 
-PalResult take_simulated(const PalSessionInfo& info, const SceneContent& of_scene, Felt& felt,
-                         SessionContent& content) {
-  running::HandChoice choice;
-  if (info.simulated_path) choice.path = info.simulated_path;
-  if (info.simulated_hand) choice.hand = info.simulated_hand;
-  if (info.lets_go_s > 0.0) choice.lets_go_at_s = info.lets_go_s;
-  auto hand =
-      running::simulated_hand(choice, felt.scene, felt.scene.from_sequence && !of_scene.keeps_size);
-  if (!hand) return failed(hand.error());
-  felt.device = hand->device->info();
-  content.connected.device = std::move(hand->device);
-  felt.is_harmless = true;
-  return PAL_OK;
+/// What the host ticks with, or its device.
+PalResult take_host(const PalSessionInfo& info, SessionContent& content,
+                    running::SessionHost& host) {
+  if (content.host_ticks) return take_info(info.host, host.ticks.emplace());
+  return info.device ? take_host_device(*info.device, content, host.device) : PAL_OK;
 }
 
-PalResult take_tool(const PalSessionInfo& info, Felt& felt, SessionContent& content) {
-  auto tool = running::ToolSource::open(
-      info.device_name, info.tool ? info.tool : "",
-      [notes = content.notes](const std::string& note) { notes->say(note); });
-  if (!tool) return failed(tool.error());
-  content.connected.tool = std::move(*tool);
-  auto probe = std::make_unique<PositionSource>(running::tool_probe());
-  content.connected.tool_hand = probe.get();
-  content.connected.device = std::move(probe);
-  felt.is_harmless = true;
-  running::stand_in_true_size(felt.scene);
-  return PAL_OK;
-}
-
-PalResult take_device(const PalSessionInfo& info, const SceneContent& of_scene, Felt& felt,
-                      SessionContent& content) {
-  const std::string name = info.device_name ? info.device_name : "auto";
-  PalResult result = PAL_OK;
-  if (content.host_ticks) {
-    result = take_info(info.host, felt.device);
-  } else if (info.device) {
-    result = take_host_device(*info.device, content);
-  } else if (name == "simulated") {
-    return take_simulated(info, of_scene, felt, content);
-  } else if (openigtlink::is_place(name)) {
-    result = take_tool(info, felt, content);
-  } else {
-    auto own = devices::find_force_device(name, {"", "", !(info.flags & PAL_SESSION_NO_REAL_TIME)});
-    if (!own) return failed(own.error());
-    if (!*own)
-      return failed(PAL_NO_DEVICE,
-                    {"No force device answers: plug one in, or give one of your own (PalDevice)"});
-    content.connected.device = std::move(*own);
-  }
-  if (result != PAL_OK) return result;
-  if (content.connected.device) felt.device = content.connected.device->info();
-  if (!content.connected.tool) fit(felt, of_scene);
-  return PAL_OK;
-}
-
-/// The host's options, checked.
-Result<SessionOptions> options_of(const PalSessionInfo& info, const SceneContent& of_scene,
-                                  bool is_harmless, const SessionContent* session) {
-  const auto refused = [](const char* sentence) { return Error{ErrorKind::kBadInput, sentence}; };
-  SessionOptions options;
-  options.haptics.safety.max_force_n =
-      info.max_force_n > 0.0 ? info.max_force_n : of_scene.scene.spec.max_force_n;
-  options.haptics.safety.dead_man = (info.flags & PAL_SESSION_DEAD_MAN) != 0;
-  running::set_watchdog(options, info.watchdog_s, is_harmless);
-  // Whether memory is locked is up to the host.
-  options.servo.real_time.lock_memory = false;
-  if (info.flags & PAL_SESSION_NO_REAL_TIME)
-    options.servo.real_time = {
-        .priority = 0, .core = -1, .lock_memory = false, .cores_awake = false};
-  if (info.preset) {
-    if (!motion_preset(info.preset)) return refused("There is no such preset of the estimation");
-    options.motion.preset = info.preset;
-  }
-  if (of_scene.context->device && !(info.flags & PAL_SESSION_NO_ESTIMATION))
-    options.motion.open_context =
-        [device = of_scene.context->device]() -> Result<std::shared_ptr<vulkan::Context>> {
-      return device;
-    };
-  options.tube_buttons = info.tube_buttons;
-  if (info.on_event)
-    options.on_event = [on_event = info.on_event, user = info.user, session,
-                        context = of_scene.context](const SessionEvent& event) {
-      const void* const before = std::exchange(session_calling_back, session);
-      const Thrown thrown = call_host(
-          "on_event", [&] { on_event(user, PalEventKind(event.kind), event.sentence.c_str()); });
-      session_calling_back = before;
-      if (thrown) context->say(thrown.sentence());
-    };
-  return options;
-}
-static_assert(int(SessionEvent::Kind::kNote) == PAL_EVENT_NOTE &&
-              int(SessionEvent::Kind::kMoves) == PAL_EVENT_MOVES &&
-              int(SessionEvent::Kind::kWholeMotion) == PAL_EVENT_WHOLE_MOTION &&
-              int(SessionEvent::Kind::kMotionFailed) == PAL_EVENT_MOTION_FAILED);
-
-/// Checks numbers, and combinations of options that are not allowed.
-PalResult check(const PalSessionInfo& info, const SceneContent& of_scene) {
+/// The fields of the structure, as options; then the text of options.
+Status take_options(const PalSessionInfo& info, running::SessionRequest& request) {
   constexpr uint32_t kFlags = PAL_SESSION_HOST_TICKS | PAL_SESSION_NO_ESTIMATION |
                               PAL_SESSION_NO_REAL_TIME | PAL_SESSION_DEAD_MAN | PAL_SESSION_FOLLOW;
-  for (const Status& checked :
-       {check_flags("PalSessionInfo", info.flags, kFlags),
-        check_field("max_force_n", info.max_force_n, files::kForces_n),
-        check_field("stiffness_n_per_m", info.stiffness_n_per_m, files::kStiffnesses_n_per_m),
-        check_field("watchdog_s", info.watchdog_s, files::kWatchdogs_s),
-        check_field("lets_go_s", info.lets_go_s, files::kLettingGo_s),
-        check_field("serve_port", double(info.serve_port), files::kPorts)})
-    if (!checked) return failed(checked.error());
-  if ((info.flags & PAL_SESSION_HOST_TICKS) && (info.device || info.device_name))
+  if (const Status checked = check_flags("PalSessionInfo", info.flags, kFlags); !checked)
+    return checked;
+  OptionTaker take(request);
+  take.text("device", info.device_name);
+  take.number("max_force_n", info.max_force_n);
+  take.number("stiffness_n_per_m", info.stiffness_n_per_m);
+  take.number("watchdog_s", info.watchdog_s);
+  take.text("preset", info.preset);
+  take.text("record", info.recording);
+  take.number("tube_buttons", double(info.tube_buttons));
+  take.text("csv", info.csv);
+  take.text("black_box", info.black_box);
+  take.number("serve", double(info.serve_port));
+  take.text("path", info.simulated_path);
+  take.text("hand", info.simulated_hand);
+  take.number("lets_go_s", info.lets_go_s);
+  take.text("tool", info.tool);
+  take.flag("estimate", info.flags, PAL_SESSION_NO_ESTIMATION, false);
+  take.flag("real_time", info.flags, PAL_SESSION_NO_REAL_TIME, false);
+  take.flag("dead_man", info.flags, PAL_SESSION_DEAD_MAN, true);
+  take.flag("follow", info.flags, PAL_SESSION_FOLLOW, true);
+  take.all(info.options, running::OptionStage::kSession);
+  return take.status();
+}
+
+/// Checks combinations of options that are not allowed.
+PalResult check(const PalSessionInfo& info, const running::SessionRequest& request,
+                const SceneContent& of_scene) {
+  if ((info.flags & PAL_SESSION_HOST_TICKS) && (info.device || request.given.contains("device")))
     return failed(PAL_BAD_INPUT,
                   {"A host that ticks has the device itself: give PalSessionInfo.host alone"});
-  if (info.recording && of_scene.live)
+  if (!request.record.empty() && of_scene.live)
     return failed(PAL_BAD_INPUT, {"What comes from a live source is no part of a recording"});
-  if (info.recording && !of_scene.scene.missing.empty())
+  if (!request.record.empty() && !of_scene.scene.missing.empty())
     return failed(PAL_BAD_INPUT, {"The motion of the scene is not known, and what is found "
                                   "meanwhile is no part of a recording: give the motion"});
-  if (of_scene.live && (!of_scene.context->device || (info.flags & PAL_SESSION_NO_ESTIMATION)))
+  if (of_scene.live && (!of_scene.context->device || !request.estimate))
     return failed(PAL_NO_DEVICE,
                   {"Live frames are followed by estimating their motion: open the context with a "
                    "device that computes, and the session with estimation"});
   return PAL_OK;
 }
 
-/// What is kept of the ticks.
-Result<running::FlightRecorder> start_flight(const PalSessionInfo& info, const Felt& felt,
-                                             const SafetyOptions& safety) {
-  running::FlightRecorderOptions options;
-  if (info.csv) options.table = info.csv;
-  if (info.recording) options.recording = info.recording;
-  if (info.black_box) {
-    if (const Status can = files::check_can_write_folder(info.black_box); !can) return can.error();
-    options.black_box = info.black_box;
-  }
-  return running::FlightRecorder::start(options,
-                                        {felt.scene.spec, felt.device, safety, info.tube_buttons});
+/// The host's functions, as the session calls them.
+running::SessionCallbacks callbacks_of(const PalSessionInfo& info, const SceneContent& of_scene,
+                                       const SessionContent* session,
+                                       const std::shared_ptr<SessionNotes>& notes) {
+  running::SessionCallbacks callbacks;
+  if (of_scene.context->device)
+    callbacks.open_context =
+        [device = of_scene.context->device]() -> Result<std::shared_ptr<vulkan::Context>> {
+      return device;
+    };
+  callbacks.on_note = [notes](running::NoteSource, const std::string& note) { notes->say(note); };
+  if (info.on_event)
+    callbacks.on_event = [on_event = info.on_event, user = info.user, session,
+                          context = of_scene.context](const SessionEvent& event) {
+      const void* const before = std::exchange(session_calling_back, session);
+      const Thrown thrown = call_host(
+          "on_event", [&] { on_event(user, PalEventKind(event.kind), event.sentence.c_str()); });
+      session_calling_back = before;
+      if (thrown) context->say(thrown.sentence());
+    };
+  return callbacks;
 }
-
-/// Connects to the server of a live scene; its images are followed when the session runs.
-Result<std::unique_ptr<running::LiveSource>> open_source(const PalSessionInfo& info,
-                                                         const SceneContent& of_scene,
-                                                         const LiveSequenceOptions& live) {
-  running::LiveSourceOptions options;
-  options.image = of_scene.live->image;
-  options.transform = of_scene.live->transform;
-  options.keep_cycles = !(info.flags & PAL_SESSION_FOLLOW);
-  options.preset = live.preset;
-  options.open_context = live.open_context;
-  options.on_note = live.on_note;
-  return running::LiveSource::open(of_scene.live->place, std::move(options));
-}
+static_assert(int(SessionEvent::Kind::kNote) == PAL_EVENT_NOTE &&
+              int(SessionEvent::Kind::kMoves) == PAL_EVENT_MOVES &&
+              int(SessionEvent::Kind::kWholeMotion) == PAL_EVENT_WHOLE_MOTION &&
+              int(SessionEvent::Kind::kMotionFailed) == PAL_EVENT_MOTION_FAILED);
 
 PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession** session) {
   const Use use(of(scene));
@@ -301,50 +217,40 @@ PalResult open_session(PalScene* scene, const PalSessionInfo* given, PalSession*
           taken(given, offsetof(PalSessionInfo, max_force_n), "PalSessionInfo", info);
       read != PAL_OK)
     return read;
-  if (const PalResult checked = check(info, *use); checked != PAL_OK) return checked;
+  running::SessionRequest request = use->request;
+  if (const Status options = take_options(info, request); !options) return failed(options.error());
+  if (const PalResult checked = check(info, request, *use); checked != PAL_OK) return checked;
+
   auto content = std::make_shared<SessionContent>(use->context);
   content->host_ticks = (info.flags & PAL_SESSION_HOST_TICKS) != 0;
-  Felt felt{use->scene, {}};
-  if (info.stiffness_n_per_m > 0.0) felt.scene.spec.stiffness_n_per_m = info.stiffness_n_per_m;
-  if (const PalResult device = take_device(info, *use, felt, *content); device != PAL_OK)
-    return device;
-  auto options = options_of(info, *use, felt.is_harmless, content.get());
-  if (!options) return failed(options.error());
-  options->next_note = [notes = content->notes,
-                        of_host = dynamic_cast<HostDevice*>(content->connected.device.get()),
-                        told = false]() mutable -> std::string {
+  running::SessionHost host;
+  if (const PalResult device = take_host(info, *content, host); device != PAL_OK) return device;
+  host.scene = use->scene;
+  if (use->live) host.first_frame = use->live->first;
+  if (!use->live || !use->live->is_server) request.inputs.clear();
+  running::SessionCallbacks callbacks = callbacks_of(info, *use, content.get(), content->notes);
+  callbacks.next_note = [notes = content->notes,
+                         of_host = dynamic_cast<HostDevice*>(host.device.get()),
+                         told = false]() mutable -> std::string {
     const Thrown thrown = of_host ? of_host->thrown() : Thrown();
     if (!thrown || std::exchange(told, true)) return notes->next();
     return fmt::format("The force goes to zero while the device gives no position: {}",
                        thrown.sentence());
   };
-  auto flight = start_flight(info, felt, options->haptics.safety);
-  if (!flight) return failed(flight.error());
-  running::ConnectedSession& connected = content->connected;
-  connected.flight = std::move(*flight);
-  if (info.serve_port > 0) {
-    auto server = running::FeltServer::start(uint16_t(info.serve_port));
-    if (!server) return failed(server.error());
-    connected.server = std::move(*server);
-  }
   LiveSequenceOptions live;
-  if (info.preset) live.preset = info.preset;
-  live.open_context = options->motion.open_context;
-  live.keep_cycles = !(info.flags & PAL_SESSION_FOLLOW);
+  if (!request.preset.empty()) live.preset = request.preset;
+  live.open_context = callbacks.open_context;
+  live.keep_cycles = !request.follow;
   live.on_note = [notes = content->notes](const std::string& note) { notes->say(note); };
-  if (use->live && !use->live->place.empty()) {
-    auto source = open_source(info, *use, live);
-    if (!source) return failed(source.error());
-    connected.live = std::move(*source);
-  }
 
-  const Volume* first_frame = connected.live ? &use->live->first : nullptr;
-  const Status started =
-      content->host_ticks
-          ? connected.start_in_host(felt.scene, felt.device, std::move(*options), first_frame)
-          : connected.start(felt.scene, std::move(*options), first_frame);
-  if (!started) return failed(started.error());
-  if (use->live && !connected.live) content->follow(use->live->first, std::move(live));
+  auto prepared = running::prepare_session(std::move(request), std::move(host),
+                                           std::move(callbacks), content->connected);
+  if (!prepared) return failed(prepared.error());
+  // Whether memory is locked is up to the host.
+  prepared->options.servo.real_time.lock_memory = false;
+  if (const Status started = running::start_session(*prepared, content->connected); !started)
+    return failed(started.error());
+  if (use->live && !use->live->is_server) content->follow(use->live->first, std::move(live));
   *session = reinterpret_cast<PalSession*>(Handle<SessionContent>::make(std::move(content)));
   return PAL_OK;
 }

@@ -17,6 +17,7 @@
 
 #include "compute/volume/result.h"
 #include "compute/vulkan/context.h"
+#include "integration/running/session_request.h"
 #include "integration/toolkit/palpate.h"
 #include "module/session/loaded_scene.h"
 
@@ -227,17 +228,15 @@ struct ContextContent {
 
 /// The source of the frames of a live scene.
 struct LiveOrigin {
-  Volume first;                  ///< the first one
-  std::string place;             ///< an OpenIGTLink server; empty: the host pushes them
-  std::string image, transform;  ///< device names there
+  Volume first;            ///< the first one
+  bool is_server = false;  ///< an OpenIGTLink server sends them; else the host pushes them
 };
 
 struct SceneContent {
   std::shared_ptr<ContextContent> context;
   LoadedScene scene;
   std::optional<LiveOrigin> live;
-  bool keeps_size = false;
-  bool movable = false;
+  running::SessionRequest request;  ///< its options; a session's come on top
 };
 
 class SessionContent;

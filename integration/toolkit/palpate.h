@@ -406,6 +406,9 @@ typedef struct PalSceneInfo {
   const char* image;     /* use the images of this device name; NULL: that of the first image */
   const char* transform; /* the transforms of this device name move the volume; NULL: none */
   double wait_s;         /* how long to wait for the first image, 0.001 to 1e6; 0: 10 */
+  /* Further options of the scene, as a JSON object: {"nan_as": 0}. pal_options() lists all of them;
+     those that are fields above may stand here too, and then here counts. NULL: none. */
+  const char* options;
 } PalSceneInfo;
 
 /* Reads the data and prepares them, on all cores; this takes between parts of a second and many
@@ -565,8 +568,8 @@ typedef struct PalSessionInfo {
   uint32_t tube_buttons;
   /* A CSV file in which every tick becomes a row, until the session is closed. NULL: none. */
   const char* csv;
-  /* The folder into which the ticks around a fault are written; it is created when needed. NULL:
-     they are not written. */
+  /* The folder into which the ticks around a fault are written; it is created when needed. "off":
+     they are not written; NULL: $XDG_STATE_HOME/palpate, or ~/.local/state/palpate. */
   const char* black_box;
   /* The port on which OpenIGTLink clients may connect. Threads of the session send them the
      position of the proxy and the force ten times a second, the moved volume and its motion at most
@@ -580,7 +583,16 @@ typedef struct PalSessionInfo {
   /* For the device "igtl://HOST:PORT": use the transforms of this device name; NULL: that of the
      first transform. */
   const char* tool;
+  /* Further options of the session, as a JSON object: {"core": 1}; see PalSceneInfo.options. NULL:
+     none. */
+  const char* options;
 } PalSessionInfo;
+
+/* Writes at most `capacity` bytes of the table of options, with the closing zero byte, to `text`
+   (NULL if capacity is 0): a JSON list of objects with key, stage ("scene" or "session"), type,
+   unit, low, high, words, default, help and c_field; for a host that shows them to people. *length
+   becomes the length of the whole text without that byte. [ANY] */
+PAL_API PalResult pal_options(char* text, size_t capacity, size_t* length);
 
 /* Starts the session. The force begins at zero and is ramped up over two seconds. [ANY] */
 PAL_API PalResult pal_session_open(PalScene* scene, const PalSessionInfo* info,

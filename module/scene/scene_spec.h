@@ -218,6 +218,9 @@ struct SceneSpec {
   double damping_n_s_per_m = 0.0;    ///< kd
   double max_force_n = 4.0;
   Transform world_from_device;  ///< co-location; its scale enlarges the hand's movements
+  /// The options of a session that the scene asks for, as a JSON object; empty: none. Read where a
+  /// session is opened (integration/running/session_options.h).
+  std::string session;
 };
 
 }  // namespace palpate

@@ -1,6 +1,6 @@
-// Every door takes the same numbers: the command line, the C library, Python and scene files. Each
-// option is tried below, in and above its range (integration/files/scene/option_ranges.h).
-#include "integration/files/scene/option_ranges.h"
+// Every door takes the same options: the command line, the C library, Python and scene files. Each
+// row of the table (integration/running/session_options.h) is tried below, in and above its range.
+#include "integration/running/session_options.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -10,8 +10,13 @@
 #include <fstream>
 #include <functional>
 #include <map>
+#include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
+#include "integration/app/session_flags.h"
+#include "integration/files/scene/option_ranges.h"
+#include "integration/running/open_session.h"
 #include "tests/app/program.h"
 #include "tests/toolkit/c_library.h"
 
@@ -19,6 +24,7 @@ namespace palpate::test {
 namespace {
 
 using files::NumberRange;
+using running::SessionOption;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -62,6 +68,35 @@ class Doors : public ::testing::Test {
     pal_session_close(&session);
     return result;
   }
+  /// Opens with a text of options, at the stage of the option.
+  PalResult opens_with(const SessionOption& option, const std::string& text) {
+    if (option.stage == running::OptionStage::kScene) {
+      PalSceneInfo info{};
+      info.options = text.c_str();
+      return opens(info);
+    }
+    PalSessionInfo info{};
+    info.options = text.c_str();
+    return opens(info);
+  }
+  /// Opens a session of a scene from its text.
+  PalResult opens_asking(const std::string& json) {
+    PalSceneInfo info{};
+    info.json = json.c_str();
+    PalScene* const made = scene(info);
+    if (!made) return result_;
+    const PalDeviceInfo device = host_device();
+    PalSessionInfo of_session{};
+    of_session.size = sizeof of_session;
+    of_session.flags = PAL_SESSION_HOST_TICKS;
+    of_session.host = &device;
+    PalSession* session = nullptr;
+    const PalResult result = pal_session_open(made, &of_session, &session);
+    pal_session_close(&session);
+    PalScene* closing = made;
+    pal_scene_close(&closing);
+    return result;
+  }
   template <class Info, class Number>
   std::function<PalResult(double)> field(Number Info::*member) {
     return [this, member](double value) {
@@ -76,53 +111,63 @@ class Doors : public ::testing::Test {
   PalResult result_ = PAL_OK;
 };
 
-struct Option {
-  const char* name;  ///< in palpate.h and in Python
-  NumberRange range;
-  std::function<PalResult(double)> in_c;
-  const char* flag = nullptr;  ///< of the program
-  double flag_per_unit = 1.0;
-  const char* flag_unit = "";
-  bool in_python = true;
-  const char* json = nullptr;  ///< a key of a scene
-  bool is_whole = false;       ///< a number of another kind can not be written
-  bool opens = true;           ///< a value in the range has no other effect
-  bool below_is_none = false;  ///< in C a number below 0 has a meaning
-};
+/// The same number in a field of a structure, for options that have one.
+using InField = std::function<PalResult(double)>;
 
-std::vector<double> allowed(const Option& option) {
+bool is_number(const SessionOption& option) {
+  return running::type_of(option).ends_with("number");
+}
+bool is_whole(const SessionOption& option) {
+  return running::type_of(option) == "whole number";
+}
+bool has(const SessionOption& option, running::Door door) {
+  return (option.doors & door) != 0;
+}
+
+std::vector<double> allowed(const SessionOption& option) {
   const NumberRange& range = option.range;
   std::vector<double> values;
-  if (!range.above_low && range.low > 0.0) values.push_back(range.low);
-  values.push_back(option.is_whole
-                       ? range.low + 1.0
-                       : range.low + (std::isfinite(range.high) ? 0.01 * range.high : 1.0));
+  // A value that the ball has, where there is no range.
+  const double low = std::isfinite(range.low) ? range.low : 500.0;
+  if (!range.above_low && low > 0.0) values.push_back(low);
+  values.push_back(is_whole(option) ? low + 1.0
+                                    : low + (std::isfinite(range.high) ? 0.01 * range.high : 1.0));
   if (std::isfinite(range.high)) values.push_back(range.high);
   return values;
 }
 
-std::vector<double> refused(const Option& option) {
+std::vector<double> refused(const SessionOption& option) {
   const NumberRange& range = option.range;
-  if (option.is_whole) return {range.high + 1.0};
-  std::vector<double> values = {kNoNumber, kEndless, -kEndless, -1.0};
+  if (is_whole(option)) return {range.low - 1.0, range.high + 1.0};
+  std::vector<double> values = {kNoNumber, kEndless, -kEndless};
+  if (std::isfinite(range.low)) values.push_back(range.above_low ? range.low : range.low - 1.0);
   if (range.low > 0.0) values.push_back(0.5 * range.low);
   if (std::isfinite(range.high)) values.push_back(1.01 * range.high);
   return values;
 }
 
+std::string json_number(double value) {
+  return std::isfinite(value) ? fmt::format("{}", value) : fmt::format("\"{}\"", value);
+}
+
+/// {"watchdog_s": 0.005}
+std::string text_with(const SessionOption& option, const std::string& value) {
+  return fmt::format(R"({{"{}": {}}})", option.key, value);
+}
+
+/// As Python has it, "watchdog_s=0.005".
+std::string keyword(const SessionOption& option, const std::string& value) {
+  return fmt::format("{}={}", option.key, value);
+}
 std::string python_number(double value) {
   return std::isfinite(value) ? fmt::format("{}", value) : fmt::format("float('{}')", value);
 }
 
-std::string scene_with(const char* key, double value) {
-  return fmt::format(R"({{"{}": {}, "volumes": [{{"name": "ball", "files": ["ball"]}}],
+/// A scene of the ball that asks for an option itself.
+std::string scene_asking(const SessionOption& option, const std::string& value) {
+  return fmt::format(R"({{"session": {}, "volumes": [{{"name": "ball", "files": ["ball"]}}],
                          "modes": [{{"volume": "ball", "strength": {{"pairs": [[0, 0], [500, 4]]}}}}]}})",
-                     key, value);
-}
-
-/// As Python has it, "watchdog_s=0.005".
-std::string keyword(const Option& option, double value) {
-  return std::string(option.name) + "=" + python_number(value);
+                     text_with(option, value));
 }
 
 /// What Python says to each keyword of Session: "" where it is taken.
@@ -133,9 +178,9 @@ std::map<std::string, std::string> python_says(const std::vector<std::string>& t
             "ball = np.zeros((8, 8, 8), np.float32)\nball[2:6, 2:6, 2:6] = 1000\n"
             "def tried(**more):\n"
             "    try:\n"
-            "        palpate.Session(frames=ball, estimate=False, **more).close()\n"
+            "        palpate.Session(frames=ball, **{'estimate': False, **more}).close()\n"
             "        print('taken')\n"
-            "    except ValueError as error:\n"
+            "    except (TypeError, ValueError) as error:\n"
             "        print('refused', error)\n";
   for (const std::string& one : tried) script << "tried(" << one << ")\n";
   script.close();
@@ -153,113 +198,207 @@ std::map<std::string, std::string> python_says(const std::vector<std::string>& t
   return all;
 }
 
-TEST_F(Doors, TakeTheSameNumbers) {
-  std::vector<Option> options = {
-      {"strength_n", files::kSurfaceStrengths_n, field(&PalSceneInfo::strength_n), "--strength"},
-      {.name = "friction",
-       .range = files::kFrictions,
-       .in_c = field(&PalSceneInfo::friction),
-       .flag = "--friction",
-       .below_is_none = true},
-      {"frames_per_second", files::kFrameRates, field(&PalSceneInfo::frames_per_second), "--fps"},
-      {"width", files::kWidths, field(&PalSceneInfo::width), "--width"},
-      {"scale", files::kScales, field(&PalSceneInfo::scale), "--scale"},
-      {"wait_s", files::kWaits_s, field(&PalSceneInfo::wait_s)},
-      {.name = "segments_frame",
-       .range = files::kFrameNumbers,
-       .in_c = field(&PalSceneInfo::segments_frame),
-       .flag = "--segments-frame",
-       .is_whole = true,
-       .opens = false},
-      {.name = "max_force_n",
-       .range = files::kForces_n,
-       .in_c = field(&PalSessionInfo::max_force_n),
-       .flag = "--max-force",
-       .json = "max_force_n"},
-      {.name = "stiffness_n_per_m",
-       .range = files::kStiffnesses_n_per_m,
-       .in_c = field(&PalSessionInfo::stiffness_n_per_m),
-       .flag = "--stiffness",
-       .json = "stiffness_n_per_m"},
-      {"watchdog_s", files::kWatchdogs_s, field(&PalSessionInfo::watchdog_s), "--watchdog", 1e3,
-       "ms"},
-      {"lets_go_s", files::kLettingGo_s, field(&PalSessionInfo::lets_go_s), "--lets-go"},
-      {.name = "serve_port",
-       .range = files::kPorts,
-       .in_c = field(&PalSessionInfo::serve_port),
-       .flag = "--serve",
-       .in_python = false,
-       .is_whole = true,
-       .opens = false},
-  };
-  const bool has_python = *PALPATE_MODULE_PYTHON != '\0';
-  std::vector<std::string> tried;
-  for (const Option& option : options)
-    for (const auto& values : {allowed(option), refused(option)})
-      for (const double value : values)
-        if (option.in_python) tried.push_back(keyword(option, value));
-  const auto says = has_python ? python_says(tried) : std::map<std::string, std::string>();
+/// A value of the wrong type or word, as JSON and as Python write it.
+std::pair<std::string, std::string> wrong_value(const SessionOption& option) {
+  const std::string_view type = running::type_of(option);
+  if (type == "flag") return {"3", ""};  // everything is true or false in Python
+  if (type == "paths" || type == "texts") return {"[1]", "[1]"};
+  if (type == "word") return {"\"strong\"", "'strong'"};
+  return {"[]", is_number(option) ? "'many'" : "3"};
+}
 
-  for (const Option& option : options) {
-    const std::string range = files::text_of(option.range);
-    const NumberRange flag_range =
-        files::in_unit(option.range, option.flag_per_unit,
-                       *option.flag_unit ? option.flag_unit : option.range.unit);
+TEST_F(Doors, TakeTheSameNumbers) {
+  const std::map<std::string_view, InField> fields = {
+      {"strength_n", field(&PalSceneInfo::strength_n)},
+      {"friction", field(&PalSceneInfo::friction)},
+      {"frames_per_second", field(&PalSceneInfo::frames_per_second)},
+      {"width", field(&PalSceneInfo::width)},
+      {"scale", field(&PalSceneInfo::scale)},
+      {"wait_s", field(&PalSceneInfo::wait_s)},
+      {"segments_frame", field(&PalSceneInfo::segments_frame)},
+      {"max_force_n", field(&PalSessionInfo::max_force_n)},
+      {"stiffness_n_per_m", field(&PalSessionInfo::stiffness_n_per_m)},
+      {"watchdog_s", field(&PalSessionInfo::watchdog_s)},
+      {"lets_go_s", field(&PalSessionInfo::lets_go_s)},
+      {"serve", field(&PalSessionInfo::serve_port)}};
+  std::vector<std::string> tried;
+  for (const SessionOption& option : running::session_options())
+    if (is_number(option) && has(option, running::kPythonDoor))
+      for (const auto& values : {allowed(option), refused(option)})
+        for (const double value : values) tried.push_back(keyword(option, python_number(value)));
+  const auto says =
+      *PALPATE_MODULE_PYTHON ? python_says(tried) : std::map<std::string, std::string>();
+
+  for (const SessionOption& option : running::session_options()) {
+    if (!is_number(option)) continue;
+    // Ports and cores of this machine may be taken, and segments need a file: only what is outside
+    // the range is tried at the other doors.
+    const bool opens =
+        option.key != "serve" && option.key != "core" && option.key != "segments_frame";
+    const auto in_field = fields.find(option.key);
+    const std::string flag = app::flag_of(option);
+    const double per_unit = option.key == "watchdog_s" ? 1e3 : 1.0;
     const auto program = [&](double value) {
       return app::run({"feel", "/nowhere.mha", "--device", "simulated",
-                       fmt::format("{}={}", option.flag, option.flag_per_unit * value)});
+                       fmt::format("{}={}", flag, per_unit * value)});
     };
     for (const double value : allowed(option)) {
-      SCOPED_TRACE(fmt::format("{} {}", option.name, value));
-      if (option.opens) {
-        PAL_EXPECT_OK(option.in_c(value));
+      SCOPED_TRACE(fmt::format("{} {}", option.key, value));
+      running::SessionRequest request;
+      EXPECT_TRUE(running::set_option(request, option, value));
+      EXPECT_TRUE(request.given.contains(option.key));
+      if (opens && has(option, running::kCDoor)) {
+        PAL_EXPECT_OK(opens_with(option, text_with(option, json_number(value))));
+        if (in_field != fields.end()) {
+          PAL_EXPECT_OK(in_field->second(value));
+        }
       }
-      if (option.flag) {
+      if (has(option, running::kProgramDoor) && option.key != "core") {
         EXPECT_THAT(program(value).err, HasSubstr("/nowhere.mha"));
       }
-      if (option.opens && says.contains(keyword(option, value))) {
-        EXPECT_EQ(says.at(keyword(option, value)), "");
+      const std::string python = keyword(option, python_number(value));
+      if (opens && says.contains(python)) {
+        EXPECT_EQ(says.at(python), "");
       }
-      if (option.json) {
-        const std::string json = scene_with(option.json, value);
-        PalSceneInfo info{};
-        info.json = json.c_str();
-        PAL_EXPECT_OK(opens(info));
+      if (opens && has(option, running::kSceneFileDoor)) {
+        PAL_EXPECT_OK(opens_asking(scene_asking(option, json_number(value))));
       }
     }
     const std::vector<double> outside = refused(option);
     for (size_t k = 0; k < outside.size(); ++k) {
       const double value = outside[k];
-      SCOPED_TRACE(fmt::format("{} {}", option.name, value));
-      const std::string sentence = files::out_of_range(option.name, value, option.range);
-      const bool is_none = option.below_is_none && value < 0.0;
-      if (!is_none) {
-        EXPECT_EQ(option.in_c(value), PAL_BAD_INPUT);
+      SCOPED_TRACE(fmt::format("{} {}", option.key, value));
+      const std::string sentence = files::out_of_range(option.key, value, option.range);
+      if (has(option, running::kCDoor)) {
+        EXPECT_EQ(opens_with(option, text_with(option, json_number(value))), PAL_BAD_INPUT);
         EXPECT_EQ(pal_last_error(), sentence);
       }
-      if (says.contains(keyword(option, value))) {
-        EXPECT_THAT(says.at(keyword(option, value)), HasSubstr(is_none ? "is expected" : sentence));
+      // In a field 0 is the default, below 0 there is no friction, and counts are not negative.
+      if (in_field != fields.end() && value != 0.0 &&
+          !(option.key == "friction" && value < 0.0 && std::isfinite(value)) &&
+          !(is_whole(option) && value < 0.0)) {
+        EXPECT_EQ(in_field->second(value), PAL_BAD_INPUT);
+        EXPECT_EQ(pal_last_error(), sentence);
+      }
+      const std::string python = keyword(option, python_number(value));
+      // Python's 0 has meant the scene's own value, or none, since these keywords exist.
+      const bool is_default =
+          value == 0.0 && (option.key == "serve" || option.key == "max_force_n" ||
+                           option.key == "stiffness_n_per_m");
+      if (says.contains(python) && !is_default) {
+        EXPECT_EQ(says.at(python), sentence);
       }
       // The last two are the ends of the range; command_line_test.cpp has the others.
-      if (option.flag && k + 2 >= outside.size()) {
+      if (has(option, running::kProgramDoor) && k + 2 >= outside.size()) {
         const app::Outcome outcome = program(value);
         EXPECT_NE(outcome.exit_code, 0);
         EXPECT_THAT(outcome.err, Not(HasSubstr("/nowhere.mha")));
-        if (!option.is_whole) {
-          EXPECT_THAT(outcome.err, HasSubstr(files::text_of(flag_range)));
-        }
       }
-      if (option.json && std::isfinite(value)) {
-        const std::string json = scene_with(option.json, value);
-        PalSceneInfo info{};
-        info.json = json.c_str();
-        EXPECT_EQ(opens(info), PAL_BAD_INPUT);
-        EXPECT_THAT(pal_last_error(), HasSubstr(range));
+      if (has(option, running::kSceneFileDoor)) {
+        EXPECT_EQ(opens_asking(scene_asking(option, json_number(value))), PAL_BAD_INPUT);
+        EXPECT_EQ(pal_last_error(), "The scene's section session: " + sentence);
       }
     }
-    // 0 is the default in C, and no number of a person's where it is below the range.
-    PAL_EXPECT_OK(option.in_c(0.0));
+    // 0 is the default in a field, and no number of a person's where it is below the range.
+    if (in_field != fields.end()) {
+      PAL_EXPECT_OK(in_field->second(0.0));
+    }
   }
+}
+
+TEST_F(Doors, RefuseTheSameWrongTypesAndWords) {
+  std::vector<std::string> tried;
+  for (const SessionOption& option : running::session_options())
+    if (has(option, running::kPythonDoor) && !wrong_value(option).second.empty())
+      tried.push_back(keyword(option, wrong_value(option).second));
+  const auto says =
+      *PALPATE_MODULE_PYTHON ? python_says(tried) : std::map<std::string, std::string>();
+  for (const SessionOption& option : running::session_options()) {
+    SCOPED_TRACE(option.key);
+    const auto [json, python] = wrong_value(option);
+    running::SessionRequest request;
+    const Status set = running::set_option(request, option, nlohmann::json::parse(json));
+    ASSERT_FALSE(set);
+    EXPECT_THAT(set.error().message, ::testing::StartsWith(std::string(option.key)));
+    EXPECT_TRUE(request.given.empty());
+    if (has(option, running::kCDoor)) {
+      EXPECT_EQ(opens_with(option, text_with(option, json)), PAL_BAD_INPUT);
+      EXPECT_EQ(pal_last_error(), set.error().message);
+    }
+    const std::string asked = keyword(option, python);
+    if (says.contains(asked)) {
+      EXPECT_THAT(says.at(asked), ::testing::StartsWith(std::string(option.key)));
+    }
+    if (has(option, running::kSceneFileDoor)) {
+      EXPECT_EQ(opens_asking(scene_asking(option, json)), PAL_BAD_INPUT);
+    } else if (option.stage == running::OptionStage::kSession) {
+      EXPECT_EQ(opens_asking(scene_asking(option, json)), PAL_BAD_INPUT);
+      EXPECT_THAT(pal_last_error(), HasSubstr(std::string(option.key) + " can not be set here"));
+    }
+    if (has(option, running::kProgramDoor) && running::type_of(option) == "word") {
+      const app::Outcome outcome =
+          app::run({"feel", "/nowhere.mha", app::flag_of(option) + "=strong"});
+      EXPECT_NE(outcome.exit_code, 0);
+      EXPECT_THAT(outcome.err, HasSubstr("'strong' is not known"));
+    }
+  }
+}
+
+TEST_F(Doors, NameTheNearestOption) {
+  PalSessionInfo info{};
+  info.options = R"({"watchdog": 1})";
+  EXPECT_EQ(opens(info), PAL_BAD_INPUT);
+  EXPECT_EQ(std::string(pal_last_error()),
+            "There is no option 'watchdog': did you mean 'watchdog_s'?");
+  info.options = R"({"strength_n": 1})";
+  EXPECT_EQ(opens(info), PAL_BAD_INPUT);
+  EXPECT_THAT(pal_last_error(), HasSubstr("is an option of the scene"));
+  info.options = "[1]";
+  EXPECT_EQ(opens(info), PAL_BAD_INPUT);
+  EXPECT_THAT(pal_last_error(), HasSubstr("no JSON object"));
+}
+
+TEST_F(Doors, LetACallerOverruleWhatTheSceneAsksFor) {
+  running::SessionRequest request;
+  SceneSpec scene;
+  scene.session = R"({"watchdog_s": 0.02, "preset": "fast"})";
+  ASSERT_TRUE(running::set_option(request, "watchdog_s", 0.003));
+  ASSERT_TRUE(running::set_scene_options(request, scene));
+  EXPECT_EQ(request.watchdog_s, 0.003);
+  EXPECT_EQ(request.preset, "fast");
+}
+
+TEST(SessionOptions, HaveOneNameOneSentenceAndAFieldThatIsThere) {
+  std::ifstream header(std::string(PALPATE_SOURCE_DIR) + "/integration/toolkit/palpate.h");
+  std::ostringstream text;
+  text << header.rdbuf();
+  std::set<std::string_view> keys;
+  std::set<std::string> flags;
+  for (const SessionOption& option : running::session_options()) {
+    SCOPED_TRACE(option.key);
+    EXPECT_TRUE(keys.insert(option.key).second);
+    EXPECT_TRUE(flags.insert(app::flag_of(option)).second);
+    EXPECT_FALSE(option.help.empty() || option.help.ends_with('.') ||
+                 option.help.find("--") != std::string::npos);
+    const std::string_view field = option.c_field.substr(option.c_field.find('.') + 1);
+    if (!field.empty()) {
+      EXPECT_THAT(text.str(), HasSubstr(std::string(field)));
+    }
+    // A default is a value of the option.
+    running::SessionRequest request;
+    if (is_number(option) && !option.fallback.empty() && option.words.empty()) {
+      EXPECT_TRUE(running::set_option(request, option, nlohmann::json::parse(option.fallback)));
+    } else if (running::type_of(option) == "word" && !option.fallback.empty()) {
+      EXPECT_TRUE(running::set_option(request, option, option.fallback));
+    }
+  }
+}
+
+TEST(SessionOptions, StandInTheDocumentation) {
+  std::ifstream page(std::string(PALPATE_SOURCE_DIR) + "/docs/using/options.md");
+  std::ostringstream text;
+  text << page.rdbuf();
+  EXPECT_EQ(text.str(), app::options_page()) << "palpate write-manual writes the page anew";
 }
 
 TEST_F(Doors, GiveNumbersOutsideTheRangeAWord) {

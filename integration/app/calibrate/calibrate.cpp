@@ -1,5 +1,6 @@
 #include "integration/app/calibrate/calibrate_run.h"
 #include "integration/app/commands.h"
+#include "integration/app/force_device.h"
 #include "integration/app/option_checks.h"
 
 namespace palpate::app {
@@ -16,11 +17,11 @@ Command add_calibrate(CLI::App& program) {
                   "move and turn a stylus to which the controller is clipped")
       ->check(one_of({"points", "movement"}))
       ->capture_default_str();
-  app->add_option("--device", command->device.device,
+  app->add_option("--device", command->device,
                   "Force device; simulated moves by itself as a hand would move it")
       ->check(a_force_device({"simulated"}))
       ->capture_default_str();
-  app->add_option("--falcon-firmware", command->device.falcon_firmware,
+  app->add_option("--falcon-firmware", command->falcon_firmware,
                   "Your own copy of the Falcon's firmware; palpate ships none")
       ->type_name("FILE");
   app->add_option("--hand", command->hand, "Which hand holds the controller")

@@ -1,4 +1,6 @@
 #include "integration/app/calibrate/calibrate_run.h"
+#include "integration/app/force_device.h"
+#include "integration/devices/force_devices.h"
 
 #include <fmt/format.h>
 
@@ -113,12 +115,13 @@ class Calibrating {
   }
 
   Status open_device() {
-    if (command_.device.device == "simulated") {
+    if (command_.device == "simulated") {
       auto simulated = std::make_unique<devices::CalibrationHand>();
       simulated_ = simulated.get();
       device_ = std::move(simulated);
     } else {
-      auto found = find_force_device(command_.device);
+      auto found = devices::find_force_device(command_.device,
+                                              {"", command_.falcon_firmware.string(), true});
       if (!found) return found.error();
       if (!*found)
         return Error{ErrorKind::kNoDevice, "No force device is there: plug in " +

@@ -5,16 +5,15 @@
 #include <optional>
 #include <string>
 
-#include "integration/app/force_device.h"
-
 namespace palpate::app {
 
 /// The options of calibrating.
 struct CalibrateCommand {
   std::filesystem::path output;
-  std::string by = "points";   ///< points or movement
-  std::string hand = "right";  ///< the hand with the controller
-  ForceDeviceChoice device;
+  std::string by = "points";              ///< points or movement
+  std::string hand = "right";             ///< the hand with the controller
+  std::string device = "auto";            ///< a kind of force device, or simulated
+  std::filesystem::path falcon_firmware;  ///< the user's own file
   int points = 12;
   double seconds = 0.0;  ///< duration of movement; 0: 30 s, for a pivot 15 s
   std::string tip;       ///< of the controller: X,Y,Z in its grip, mm; or pivot; empty: its origin

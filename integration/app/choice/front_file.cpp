@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "integration/app/choice/quantity.h"
-#include "integration/app/state_folder.h"
+#include "integration/files/state_folder.h"
 #include "integration/files/atomic_file.h"
 
 namespace palpate::app {
@@ -25,7 +25,7 @@ std::string text_of(const fs::path& file) {
 }  // namespace
 
 fs::path front_path() {
-  const fs::path folder = state_folder();
+  const fs::path folder = files::state_folder();
   return folder.empty() ? folder : folder / "motion_front.json";
 }
 

@@ -18,6 +18,8 @@ inline constexpr NumberRange kStiffnesses_n_per_m{1.0, 1e5, false, "N/m"};
 inline constexpr NumberRange kWatchdogs_s{0.001, 1.0, false, "s"};
 inline constexpr NumberRange kLettingGo_s{0.0, 1e6, false, "s"};  ///< of a simulated hand
 inline constexpr NumberRange kPorts{1.0, 65'535.0};
+inline constexpr NumberRange kCores{0.0, 1023.0};
+inline constexpr NumberRange kButtonBits{0.0, 4'294'967'295.0};
 /// Factors on the strengths of a mode.
 inline constexpr NumberRange kGains{0.0, 100.0};
 

@@ -43,6 +43,11 @@ class JsonSceneReader {
     o.number("damping_n_s_per_m", scene_.damping_n_s_per_m, kDampings_n_s_per_m);
     o.number("max_force_n", scene_.max_force_n, kForces_n);
     read_transform(o, "world_from_device", scene_.world_from_device);
+    if (const json* session = o.find("session")) {
+      if (!session->is_object())
+        o.refuse("session", "the options of the session are expected: {\"watchdog_s\": 0.01}");
+      scene_.session = session->dump();
+    }
     if (const json* volumes = needed_list(o, "volumes", "there is nothing to feel"))
       for (size_t k = 0; k < volumes->size() && o.good(); ++k)
         volume((*volumes)[k], fmt::format("volumes[{}]", k));

@@ -376,6 +376,15 @@ struct FramesInMemory {
   PalFrames info{};
 };
 
+/// The table of options, as JSON.
+std::string options() {
+  size_t length = 0;
+  pal_options(nullptr, 0, &length);
+  std::string text(length, '\0');
+  pal_options(text.data(), length + 1, nullptr);
+  return text;
+}
+
 /// A running scene, in Python's own loop or in palpate's, and its pictures.
 class PythonSession {
  public:
@@ -550,34 +559,9 @@ class PythonSession {
     info.paths = paths.data();
     info.path_count = uint32_t(paths.size());
     info.json = words.text("json");
-    info.folder = words.text("folder");
     info.frames = &frames.info;
     info.frame_sets = frames.samples.empty() ? 0 : 1;
-    const auto& libraries = words.list("mode_libraries");
-    info.mode_libraries = libraries.data();
-    info.mode_library_count = uint32_t(libraries.size());
-    const double iso_value = words.number("iso_value");
-    if (!words.of("iso_value").is_none()) info.iso_value = &iso_value;
-    info.strength_n = words.number("strength_n");
-    // None is the default friction, and 0 none at all.
-    const double friction = words.number("friction");
-    info.friction = friction == 0.0 && !words.of("friction").is_none() ? -1.0 : friction;
-    info.frames_per_second = words.number("frames_per_second");
-    info.fields = words.text("fields");
-    info.wall = words.text("wall");
-    info.values = words.text("values");
-    info.width = words.number("width");
-    info.scale = words.number("scale");
-    const auto& segments = words.list("segments");
-    info.segments = segments.data();
-    info.segmentation_count = uint32_t(segments.size());
-    info.segments_frame = words.count("segments_frame");
-    const auto& names = words.list("segment_names");
-    info.segment_names = names.data();
-    info.segment_count = names.size();
-    info.image = words.text("image");
-    info.transform = words.text("transform");
-    info.wait_s = words.number("wait_s");
+    info.options = words.text("options");
     without_lock([&] { return pal_scene_open(context_->handle, &info, &scene_.handle); });
   }
 
@@ -589,27 +573,11 @@ class PythonSession {
     host.workspace_radius_m = words.number("workspace_radius_m");
     PalSessionInfo info{};
     info.size = sizeof info;
-    info.flags = words.count("flags");
-    // "auto" is the first device that answers; it has no name.
-    info.device_name = words.text("device");
-    if (!info.device_name) {
-      info.flags |= PAL_SESSION_HOST_TICKS;
+    if (words.count("host_ticks")) {
+      info.flags = PAL_SESSION_HOST_TICKS;
       info.host = &host;
-    } else if (std::string(info.device_name) == "auto") {
-      info.device_name = nullptr;
     }
-    info.max_force_n = words.number("max_force_n");
-    info.stiffness_n_per_m = words.number("stiffness_n_per_m");
-    info.watchdog_s = words.number("watchdog_s");
-    info.preset = words.text("preset");
-    info.recording = words.text("record");
-    info.csv = words.text("csv");
-    info.black_box = words.text("black_box");
-    info.serve_port = words.count("serve");
-    info.simulated_path = words.text("path");
-    info.simulated_hand = words.text("hand");
-    info.lets_go_s = words.number("lets_go_s");
-    info.tool = words.text("tool");
+    info.options = words.text("options");
     info.user = this;
     info.on_event = [](void* user, PalEventKind, const char* sentence) {
       auto* const self = static_cast<PythonSession*>(user);
@@ -665,16 +633,8 @@ PYBIND11_MODULE(_palpate, m) {
   m.attr("PAIRWISE") = int(PAL_ESTIMATOR_PAIRWISE);
   m.attr("CYCLIC") = int(PAL_ESTIMATOR_CYCLIC);
   m.attr("NO_VERDICT") = int(PAL_ESTIMATOR_NO_VERDICT);
-  m.attr("MOVABLE") = int(PAL_SCENE_MOVABLE);
-  m.attr("TRUE_SIZE") = int(PAL_SCENE_TRUE_SIZE);
-  m.attr("NOT_CYCLIC") = int(PAL_SCENE_NOT_CYCLIC);
   m.attr("LIVE") = int(PAL_SCENE_LIVE);
-  m.attr("NO_MOTION") = int(PAL_SCENE_NO_MOTION);
-  m.attr("FORGET_MOTION") = int(PAL_SCENE_FORGET_MOTION);
-  m.attr("NO_ESTIMATION") = int(PAL_SESSION_NO_ESTIMATION);
-  m.attr("NO_REAL_TIME") = int(PAL_SESSION_NO_REAL_TIME);
-  m.attr("DEAD_MAN") = int(PAL_SESSION_DEAD_MAN);
-  m.attr("FOLLOW") = int(PAL_SESSION_FOLLOW);
+  m.def("options", &options, "The table of options of a session, as JSON.");
   py::class_<PythonContext, std::shared_ptr<PythonContext>>(m, "Context")
       .def(py::init<const std::optional<std::string>&, bool>(), "device"_a = py::none(),
            "computes"_a = true)

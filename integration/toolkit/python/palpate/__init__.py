@@ -13,10 +13,14 @@ written, MemoryError, and RuntimeError for all else, such as a Vulkan device tha
 """
 
 import collections
+import difflib
+import inspect
+import json as _json
 import operator
 import os
 import sys
 import tempfile
+import textwrap
 
 import numpy as np
 
@@ -247,6 +251,61 @@ def _path(path):
 
 def _paths(paths):
     return [os.fspath(paths)] if isinstance(paths, (str, os.PathLike)) else [os.fspath(path) for path in paths]
+
+
+# The table of options, made by the library: one row is one keyword of Session.
+_OPTIONS = {row["key"]: row for row in _json.loads(_palpate.options()) if "python" in row["doors"]}
+# 0 has meant the scene's own value, or none, since these keywords exist.
+_NONE_AT_ZERO = ("max_force_n", "stiffness_n_per_m", "serve")
+
+
+def _option_value(key, value):
+    """A value as JSON has it. TypeError for a wrong type; the library checks the rest."""
+    kind = _OPTIONS[key]["type"]
+    if kind == "flag":
+        return bool(value)
+    if kind == "whole number":
+        if not hasattr(value, "__index__"):
+            raise TypeError(f"{key} must be a whole number, not {type(value).__name__}")
+        return operator.index(value)
+    if kind == "number":
+        if value in _OPTIONS[key].get("words", ()):
+            return value
+        number = _any_number(value, key)
+        return number if np.isfinite(number) else str(number)
+    if kind in ("paths", "texts"):
+        try:
+            return _paths(value)
+        except TypeError:
+            raise TypeError(f"{key} must be a text or a list of texts") from None
+    return _text(_path(value) if isinstance(value, os.PathLike) else value, key)
+
+
+def _option_texts(options):
+    """The options of the scene and those of the session, as two texts in JSON."""
+    texts = {"scene": {}, "session": {}}
+    for key, value in options.items():
+        if key not in _OPTIONS:
+            near = difflib.get_close_matches(key, _OPTIONS, 1)
+            raise TypeError(f"Session has no option '{key}'" + (f": did you mean '{near[0]}'?" if near else ""))
+        if value is None or value in ((), []) or (key in _NONE_AT_ZERO and value == 0):
+            continue
+        texts[_OPTIONS[key]["stage"]][key] = _option_value(key, value)
+    return _json.dumps(texts["scene"]), _json.dumps(texts["session"])
+
+
+def _option_lines():
+    """What the documentation of Session says of each option."""
+    lines = []
+    for key, row in _OPTIONS.items():
+        low, high = row.get("low"), row.get("high")
+        span = (f"{low:g} to {high:g}" if low is not None and high is not None else
+                f"{'above' if row.get('above_low') else 'from'} {low:g}" if low is not None else "")
+        about = [text for text in (span + (" " + row["unit"] if row["unit"] and span else ""), ", ".join(row.get("words", ())),
+                                   "default: " + row["default"] if row["default"] else "") if text]
+        lines += textwrap.wrap(f"{key}: {row['help']}" + (f" ({'; '.join(about)})" if about else "") + ".", 130,
+                               initial_indent=8 * " ", subsequent_indent=12 * " ")
+    return "\n".join(lines)
 
 
 class Verdict(collections.namedtuple("Verdict", "trust reasons measured")):
@@ -517,47 +576,22 @@ class Session:
 
     scene: a path (a scene file, a sequence, a folder), a list of paths, "heart", "shell", "molecule", or "igtl://HOST:PORT": the images of
         an OpenIGTLink server, felt as they arrive. Or json: the text of a scene file (docs/scene-file.md), whose paths are relative to folder.
-    modes: libraries of haptic modes of your own (docs/writing-a-mode.md).
     frames: a volume, a list of volumes or a 4D array as in register(), instead of a scene, or for the file "frames" of a scene.
         spacing, origin, direction: as in register(); times: s, one per frame. live=True: there is one frame, the first of a live source;
         give the others to push_frame() as they arrive.
-    For a sequence without a scene: iso_value (of the surface; None: chosen from the data), width, strength_n, friction, wall ("values",
-        "region", "ridges"), values ("reference", "mean", "own"), segments (files), segment_names, segments_frame, fields (what
-        `palpate motion` wrote), frames_per_second, cyclic, scale, true_size: as the options of `palpate feel`. motion=False: no motion
-        between the frames.
-    forget_motion: the known motion of "heart" and "shell" is removed, so that it is estimated as that of measured data.
-    movable: volumes that nothing else moves may be placed, see place().
-    For "igtl://...": image, transform: device names of the images, and of the transforms that move the volume; wait_s: time to wait for the
-        first image, s.
-    device: "auto", "falcon", "haply@localhost:10001", ...; "simulated" (path: press, tap, stroke, circle, sweep or a file; hand: human,
-        loose, firm, none; lets_go_s: when the hand lets go, s); "igtl://HOST:PORT", a tracked tool (tool: the device name of its transforms).
-        None: Python calls tick(), with a device of the workspace radius workspace_radius_m (m) and the largest force device_force_n (N).
-    dead_man: there is force only while a button of the device is held. real_time=False: no real-time priority is requested.
-    watchdog_s: if ticks are further apart than this, the force is ramped to zero, 0.001 to 1 s; None: 0.005, for "simulated" and a tool 0.05.
-    max_force_n, stiffness_n_per_m: 0.01 to 100 N, 1 to 1e5 N/m; 0: the scene's.
-    serve: the port at which OpenIGTLink clients get what is felt; 0: none. record: a file for replay(); csv: a table of all ticks; black_box:
-        a folder for the ticks around a fault.
-    preset: for the estimation of missing motion, which runs meanwhile unless estimate=False. follow: every frame of a live source is
-        followed, even if the frames repeat. gpu: the Vulkan device, by number or part of its name.
+    device: see below. None: Python calls tick(), with a device of the workspace radius workspace_radius_m (m) and the largest force
+        device_force_n (N).
+    gpu: the Vulkan device, by number or part of its name.
+    options: of the scene and of the session, each as the option of `palpate feel` of that name; None: left out.
+{options}
 
     Functions may be called on any thread; tick() on one at a time. A with statement closes the session. ValueError for input that can not be
-    used; OSError for files that can not be written; RuntimeError if no device answers.
+    used, TypeError for an option that does not exist; OSError for files that can not be written; RuntimeError if no device answers.
     """
 
-    def __init__(self, scene=(), *, json=None, folder=None, modes=(), frames=None, spacing=None, origin=None, direction=None, times=None,
-                 live=False, iso_value=None, width=None, strength_n=None, friction=None, wall=None, values=None, segments=(),
-                 segment_names=(), segments_frame=0, fields=None, frames_per_second=None, scale=None, cyclic=True, motion=True,
-                 movable=False, true_size=False, image=None, transform=None, wait_s=10.0, device=None, path=None, hand=None,
-                 lets_go_s=None, tool=None, dead_man=False, real_time=True, watchdog_s=None, max_force_n=0.0, stiffness_n_per_m=0.0,
-                 workspace_radius_m=0.1, device_force_n=8.0, serve=0, record=None, csv=None, black_box=None, preset=None, follow=False,
-                 gpu=None, estimate=True, forget_motion=False):
-        # In the C interface 0 is the default; here that is None.
-        for name, given in (("strength_n", strength_n), ("width", width), ("frames_per_second", frames_per_second), ("scale", scale),
-                            ("lets_go_s", lets_go_s), ("watchdog_s", watchdog_s)):
-            if given is not None and _any_number(given, name) == 0:
-                raise ValueError(f"{name} is 0: give a number above it, or leave it out for what palpate chooses")
-        if friction is not None and _any_number(friction, "friction") < 0:
-            raise ValueError(f"friction is {friction}, but a number not below 0 is expected")
+    def __init__(self, scene=(), *, json=None, frames=None, spacing=None, origin=None, direction=None, times=None, live=False,
+                 workspace_radius_m=0.1, device_force_n=8.0, gpu=None, **options):
+        of_scene, of_session = _option_texts(options)
         paths = _paths(scene)
         arrays = grid = None
         if frames is not None:
@@ -573,35 +607,15 @@ class Session:
                 raise ValueError(f"there are {len(images)} volumes, but {len(times)} times")
             if json is None and not paths:
                 paths = ["frames"]
-        flags = ((0 if cyclic else _palpate.NOT_CYCLIC) | (_palpate.MOVABLE if movable else 0)
-                 | (_palpate.TRUE_SIZE if true_size else 0) | (_palpate.LIVE if live else 0) | (0 if motion else _palpate.NO_MOTION)
-                 | (_palpate.FORGET_MOTION if forget_motion else 0))
-        numbers = {"iso_value": iso_value, "width": width, "strength_n": strength_n, "friction": friction, "scale": scale,
-                   "frames_per_second": frames_per_second, "wait_s": wait_s, "lets_go_s": lets_go_s, "watchdog_s": watchdog_s,
-                   "max_force_n": max_force_n, "stiffness_n_per_m": stiffness_n_per_m, "workspace_radius_m": workspace_radius_m,
-                   "device_force_n": device_force_n}
-        for name, number in numbers.items():
-            if number is not None:
-                _any_number(number, name)
-        texts = {"json": json, "wall": wall, "values": values, "image": image, "transform": transform, "device": device, "hand": hand,
-                 "tool": tool, "preset": preset}
-        for name, text in texts.items():
-            _text(text, name)
-        of_scene = {
-            "flags": flags, "paths": paths, "json": json, "folder": _path(folder), "mode_libraries": _paths(modes), "frames": arrays,
-            "grid": grid, "times": [] if times is None else [_number(time, "a time") for time in times], "iso_value": iso_value, "width": width,
-            "strength_n": strength_n, "friction": friction, "wall": wall, "values": values, "segments": _paths(segments),
-            "segment_names": _paths(segment_names), "segments_frame": operator.index(segments_frame), "fields": _path(fields),
-            "frames_per_second": frames_per_second, "scale": scale, "image": image, "transform": transform, "wait_s": wait_s}
-        flags = ((0 if estimate else _palpate.NO_ESTIMATION) | (0 if real_time else _palpate.NO_REAL_TIME)
-                 | (_palpate.DEAD_MAN if dead_man else 0) | (_palpate.FOLLOW if follow else 0))
-        of_session = {
-            "flags": flags, "device": device, "path": _path(path), "hand": hand, "lets_go_s": lets_go_s, "tool": tool,
-            "watchdog_s": watchdog_s, "max_force_n": max_force_n, "stiffness_n_per_m": stiffness_n_per_m,
-            "workspace_radius_m": workspace_radius_m, "device_force_n": device_force_n, "serve": operator.index(serve), "record": _path(record),
-            "csv": _path(csv), "black_box": _path(black_box), "preset": preset}
-        context = _context(gpu) if estimate else _palpate.Context(None, False)
-        self._session = _palpate.Session(context, of_scene, of_session)
+        scene_fields = {
+            "flags": _palpate.LIVE if live else 0, "paths": paths, "json": _text(json, "json"), "frames": arrays, "grid": grid,
+            "times": [] if times is None else [_number(time, "a time") for time in times], "options": of_scene}
+        session_fields = {
+            "host_ticks": int(options.get("device") is None), "options": of_session,
+            "workspace_radius_m": _any_number(workspace_radius_m, "workspace_radius_m"),
+            "device_force_n": _any_number(device_force_n, "device_force_n")}
+        context = _context(gpu) if options.get("estimate", True) else _palpate.Context(None, False)
+        self._session = _palpate.Session(context, scene_fields, session_fields)
 
     def tick(self, position_m, time_ns=0, buttons=0):
         """Computes one haptic frame: returns the force (x, y, z), N, for a hand at `position_m` (m). time_ns: when the position was taken, by
@@ -755,3 +769,14 @@ def _quaternion(matrix):
         [matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1],
          matrix[0, 0] + matrix[1, 1] + matrix[2, 2]]]) / 3.0)
     return [float(number) for number in vectors[:, np.argmax(values)]]
+
+
+def _signature():
+    """Of Session(): with a keyword for each option, as editors and help() show it."""
+    parameters = list(inspect.signature(Session.__init__).parameters.values())
+    options = [inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=None) for key in _OPTIONS]
+    return inspect.Signature(parameters[1:-1] + options)
+
+
+Session.__signature__ = _signature()
+Session.__doc__ = Session.__doc__.replace("{options}", _option_lines())

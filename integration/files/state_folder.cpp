@@ -1,8 +1,8 @@
-#include "integration/app/state_folder.h"
+#include "integration/files/state_folder.h"
 
 #include <cstdlib>
 
-namespace palpate::app {
+namespace palpate::files {
 
 namespace fs = std::filesystem;
 
@@ -15,4 +15,4 @@ fs::path state_folder() {
   return {};
 }
 
-}  // namespace palpate::app
+}  // namespace palpate::files
