@@ -15,8 +15,8 @@ class LocalData {
  public:
   virtual double scalar() const noexcept = 0;               ///< in the data's unit
   virtual glm::dvec3 scalar_gradient() const noexcept = 0;  ///< per metre; zero where the data end
-  virtual glm::dvec3 vector()
-      const noexcept = 0;  ///< in the data's unit, along volume space's axes
+  /// In the data's unit, along volume space's axes.
+  virtual glm::dvec3 vector() const noexcept = 0;
 
  protected:
   ~LocalData() = default;

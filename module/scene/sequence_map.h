@@ -36,9 +36,8 @@ class SequenceMap {
   /// The least det(I + du/dx) that was found.
   double least_determinant() const { return least_determinant_; }
   bool may_fold() const { return !(least_determinant_ > 0.0); }
-  size_t folded_samples() const {
-    return folded_;
-  }  ///< the largest number at one of the times that were searched
+  /// The largest number at one of the times that were searched.
+  size_t folded_samples() const { return folded_; }
   double largest_u_m() const { return largest_u_m_; }
   /// Share of the samples that move by more than a hundredth of a cell at one of these times.
   double moving_share() const { return moving_share_; }

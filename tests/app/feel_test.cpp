@@ -46,7 +46,7 @@ TEST(Feel, PressesTheBeatingHeartAndDrawsWhatItFelt) {
     most = std::max(most, ticks.force(k));
     if (ticks.text(k, "cause") == "starting") at_start = std::max(at_start, ticks.force(k));
     touched |= ticks.text(k, "contact") == "1";
-    EXPECT_EQ(ticks.text(k, "held"), "0") << "row " << k;
+    EXPECT_EQ(ticks.text(k, "frozen"), "0") << "row " << k;
   }
   // The hand aims 14 mm deep and has a stiffness of 135 N/m: 1.9 N at rest, with a beating wall
   // below it.

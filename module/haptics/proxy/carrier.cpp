@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "module/haptics/proxy/back_track.h"
 #include "module/haptics/proxy/local_reader.h"
@@ -100,13 +101,103 @@ class StillCarrier final : public Carrier {
   LastRead read_;
 };
 
+/// What data that move have in common: the modes read them at a material point, whose motion says
+/// how what they place comes to the world.
+class MovingCarrier : public Carrier {
+ public:
+  explicit MovingCarrier(const VolumeRun& volume) : volume_(volume), data_(*volume.plan->data) {}
+
+  bool go_to(glm::dvec3 world) noexcept override {
+    const glm::dvec3 target = volume_.volume(world);
+    if (!arrive(tracked_back(target, near(target)), world)) return false;
+    look_for_roughness();
+    return true;
+  }
+
+  void place(const SceneMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
+             Placed& out) noexcept final {
+    report_.confidence = motion_.confidence;
+    weight *= worth(motion_.confidence);
+    if (!(weight > 0.0)) return;
+    // Where the mode's primitives go: through the motion, then with the volume.
+    const glm::dmat3 derivative = volume_.linear * stretch();
+    const auto to_world = [this](glm::dvec3 x) { return volume_.world(moved(x)); };
+    WorldSink sink(out.set, derivative, material_, at_, weight, cap_n, to_world);
+    const glm::dvec3 probe_here = mode.mode->wants_probe() ? hand_in_data(probe) : material_;
+    const int first = out.set.count();
+    // The mode reads one frame, or what lies between two.
+    const auto place_with = [&](const auto& data) {
+      mode.mode->place({data, material_, probe_here, dt_s}, sink);
+      tell_surface_values(data, mode.spec, derivative, at_, first, out);
+      report_.unsound |= !data.sound();
+    };
+    const FrameData& frame = source_of(mode, data_, frame_);
+    if (const std::optional<int> next = blended_frame())
+      place_with(BlendedReader(frame, source_of(mode, data_, *next), mode.spec, material_,
+                               material_in_next(), motion_.jacobian, volume_.pointer.phase, read_,
+                               read_next_));
+    else
+      place_with(StillReader(frame, mode.spec, material_, read_));
+  }
+
+ protected:
+  /// Where a place of the data frame is now, volume space.
+  virtual glm::dvec3 moved(glm::dvec3 x) noexcept = 0;
+  /// The derivative of that at the material point.
+  virtual glm::dmat3 moved_gradient() const noexcept = 0;
+  /// The place of the data frame that is at `target` now.
+  virtual BackTrack tracked_back(glm::dvec3 target, glm::dvec3 start) noexcept = 0;
+  /// Where the search for the hand's place begins.
+  virtual glm::dvec3 hand_start(glm::dvec3 target) const noexcept = 0;
+  /// The motion may not be invertible everywhere.
+  virtual bool may_fold() const noexcept = 0;
+  /// The frame to which the data are blended, and the material point in it; empty: none.
+  virtual std::optional<int> blended_frame() const noexcept { return std::nullopt; }
+  virtual glm::dvec3 material_in_next() const noexcept { return material_; }
+
+  /// The material at a place near the point: as far from it as now.
+  glm::dvec3 near(glm::dvec3 target) const noexcept {
+    return material_ + (target - volume_.volume(at_));
+  }
+  /// A motion from one reference frame is large and steep, but still has an inverse wherever it
+  /// does not fold; so has a step whose contraction is below 1.
+  void look_for_roughness() noexcept {
+    if (may_fold()) report_.rough |= squared(motion_.jacobian) >= kRough * kRough;
+  }
+  void set_stride() noexcept {
+    stride_m_ = kStridePerVoxel * data_.frames[size_t(frame_)]->detail_m() * volume_.least_scale;
+  }
+
+  const VolumeRun& volume_;
+  const MovingVolume& data_;
+  int frame_ = 0;  ///< whose data are read
+
+ private:
+  /// The deformation gradient at the point, from the data frame to now. In a fold it would turn
+  /// surfaces inside out, so there the last valid one is used.
+  const glm::dmat3& stretch() noexcept {
+    const glm::dmat3 now = moved_gradient();
+    if (glm::determinant(now) > kFlattest) stretch_ = now;
+    return stretch_;
+  }
+  /// The hand's place in the data frame. If it can not be found the proxy's place is given, and
+  /// that is no failure of the proxy.
+  glm::dvec3 hand_in_data(glm::dvec3 probe) noexcept {
+    const glm::dvec3 target = volume_.volume(probe);
+    const BackTrack found = tracked_back(target, hand_start(target));
+    return found.ok ? found.x_m : material_;
+  }
+
+  glm::dmat3 stretch_{1.0};
+  LastRead read_, read_next_;
+};
+
 /// Data that move and change: the point is kept in the coordinates of the frame the sequence stands
 /// in.
-class FlowingCarrier final : public Carrier {
+class FlowingCarrier final : public MovingCarrier {
  public:
   FlowingCarrier(const VolumeRun& volume, const Motion* motion)
-      : volume_(volume),
-        data_(*volume.plan->data),
+      : MovingCarrier(volume),
         motion_of_(motion),
         method_(volume.plan->spec.back_tracking),
         blend_(volume.plan->blends) {}
@@ -118,23 +209,14 @@ class FlowingCarrier final : public Carrier {
     const MotionMap* map = step(frame_);
     motion_ = map ? map->sample(material_) : MotionSample{glm::dvec3(0.0), glm::dmat3(0.0), 1.0};
     at_ = volume_.world(forward(material_, motion_.u_m));
-    look_for_roughness(map);
-    stride_m_ = kStridePerVoxel * data_.frames[frame_]->detail_m() * volume_.least_scale;
+    look_for_roughness();
+    set_stride();
   }
 
   bool go_to(glm::dvec3 world) noexcept override {
-    const glm::dvec3 target = volume_.volume(world);
-    const MotionMap* map = step(frame_);
-    if (!map) {
-      material_ = target;
-      at_ = world;
-      return true;
-    }
-    const glm::dvec3 start = material_ + (target - volume_.volume(at_));
-    const BackTrack found =
-        back_track(*map, volume_.pointer.phase, target, start, closing_, method_);
-    if (!arrive(found, world)) return false;
-    look_for_roughness(map);
+    if (step(frame_)) return MovingCarrier::go_to(world);
+    material_ = volume_.volume(world);
+    at_ = world;
     return true;
   }
 
@@ -145,60 +227,43 @@ class FlowingCarrier final : public Carrier {
     return closing_ == glm::dvec3(0.0) || go_to(world);
   }
 
-  void place(const SceneMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
-             Placed& out) noexcept override {
-    const double phase = volume_.pointer.phase;
-    report_.confidence = motion_.confidence;
-    weight *= worth(motion_.confidence);
-    if (!(weight > 0.0)) return;
-    const glm::dmat3 derivative = volume_.linear * stretch();
-    const auto to_world = [this](glm::dvec3 x) {
-      const MotionMap* map = step(frame_);
-      return volume_.world(map ? forward(x, map->displacement(x)) : x);
-    };
-    WorldSink sink(out.set, derivative, material_, at_, weight, cap_n, to_world);
-    const glm::dvec3 probe_here = mode.mode->wants_probe() ? taken_back(probe) : material_;
-    const FrameData& frame = source_of(mode, data_, frame_);
-    const int first = out.set.count();
-    if (blend_ && phase > 0.0) {
-      const FrameData& next = source_of(mode, data_, next_of(frame_));
-      const BlendedReader data(frame, next, mode.spec, material_,
-                               material_ + motion_.u_m + closing_, motion_.jacobian, phase, read_,
-                               read_next_);
-      mode.mode->place({data, material_, probe_here, dt_s}, sink);
-      tell_surface_values(data, mode.spec, derivative, at_, first, out);
-      report_.unsound |= !data.sound();
-    } else {
-      const StillReader data(frame, mode.spec, material_, read_);
-      mode.mode->place({data, material_, probe_here, dt_s}, sink);
-      tell_surface_values(data, mode.spec, derivative, at_, first, out);
-      report_.unsound |= !data.sound();
-    }
+ protected:
+  glm::dvec3 moved(glm::dvec3 x) noexcept override {
+    const MotionMap* map = step(frame_);
+    return map ? forward(x, map->displacement(x)) : x;
+  }
+  glm::dmat3 moved_gradient() const noexcept override {
+    return glm::dmat3(1.0) + volume_.pointer.phase * motion_.jacobian;
+  }
+  BackTrack tracked_back(glm::dvec3 target, glm::dvec3 start) noexcept override {
+    const MotionMap* map = step(frame_);
+    if (map) return back_track(*map, volume_.pointer.phase, target, start, closing_, method_);
+    BackTrack still;
+    still.ok = true;
+    still.x_m = target;
+    return still;
+  }
+  glm::dvec3 hand_start(glm::dvec3 target) const noexcept override { return target; }
+  bool may_fold() const noexcept override {
+    const MotionMap* map = step(frame_);
+    return map && !(map->worst_contraction() < 1.0F);
+  }
+  std::optional<int> blended_frame() const noexcept override {
+    if (!blend_ || !(volume_.pointer.phase > 0.0)) return std::nullopt;
+    if (frame_ + 1 < int(data_.frames.size())) return frame_ + 1;
+    return data_.times.cyclic() ? 0 : frame_;
+  }
+  glm::dvec3 material_in_next() const noexcept override {
+    return material_ + motion_.u_m + closing_;
   }
 
  private:
-  int next_of(int frame) const {
-    return frame + 1 < int(data_.frames.size()) ? frame + 1 : (data_.times.cyclic() ? 0 : frame);
-  }
   const MotionMap* step(int frame) const {
     return motion_of_ && frame < int(motion_of_->steps.size()) ? motion_of_->steps[frame].get()
                                                                : nullptr;
   }
   glm::dvec3 forward(glm::dvec3 x, glm::dvec3 u) const {
     return x + volume_.pointer.phase * (u + closing_);
-  }
-
-  void look_for_roughness(const MotionMap* map) noexcept {
-    if (!map || map->worst_contraction() < 1.0F) return;
-    report_.rough |= squared(motion_.jacobian) >= kRough * kRough;
-  }
-
-  /// The deformation gradient at the point, from the data frame to now. In a fold it would turn
-  /// surfaces inside out, so there the last valid one is used.
-  const glm::dmat3& stretch() noexcept {
-    const glm::dmat3 now = glm::dmat3(1.0) + volume_.pointer.phase * motion_.jacobian;
-    if (glm::determinant(now) > kFlattest) stretch_ = now;
-    return stretch_;
   }
 
   /// Case B: the step is done, whole: the material point is one of the next frame's now.
@@ -232,37 +297,19 @@ class FlowingCarrier final : public Carrier {
                                              : glm::dvec3(0.0);
   }
 
-  /// The hand's place in the data frame. If it can not be found the proxy's place is given, and
-  /// that is no failure of the proxy.
-  glm::dvec3 taken_back(glm::dvec3 probe) const noexcept {
-    const glm::dvec3 target = volume_.volume(probe);
-    const MotionMap* map = step(frame_);
-    if (!map) return target;
-    const BackTrack found =
-        back_track(*map, volume_.pointer.phase, target, target, closing_, method_);
-    return found.ok ? found.x_m : material_;
-  }
-
-  const VolumeRun& volume_;
-  const MovingVolume& data_;
   const Motion* motion_of_;
   BackTracking method_;
   bool blend_;
-  int frame_ = 0;
-  glm::dmat3 stretch_{1.0};
   glm::dvec3 closing_{0.0};  ///< of the last step of a cycle, for the material the proxy is on
-  LastRead read_, read_next_;
 };
 
 /// One frame's values carried by one motion for all times: the material point is a place of that
 /// frame, and time only says where it is now. There are no borders between frames.
-class MaterialCarrier final : public Carrier {
+class MaterialCarrier final : public MovingCarrier {
  public:
   explicit MaterialCarrier(const VolumeRun& volume)
-      : volume_(volume),
-        data_(*volume.plan->data),
-        now_(*data_.whole, data_.whole->basis().at(0, 0.0)) {
-    stride_m_ = kStridePerVoxel * data_.frames.front()->detail_m() * volume.least_scale;
+      : MovingCarrier(volume), now_(*data_.whole, data_.whole->basis().at(0, 0.0)) {
+    set_stride();
   }
 
   void carry() noexcept override {
@@ -270,60 +317,20 @@ class MaterialCarrier final : public Carrier {
     motion_ = now_.sample(material_);
     at_ = volume_.world(material_ + motion_.u_m);
     look_for_roughness();
-    stride_m_ = kStridePerVoxel * data_.frames.front()->detail_m() * volume_.least_scale;
+    set_stride();
   }
 
-  bool go_to(glm::dvec3 world) noexcept override {
-    const glm::dvec3 target = volume_.volume(world);
-    const BackTrack found = back_track(now_, target, material_ + (target - volume_.volume(at_)));
-    if (!arrive(found, world)) return false;
-    look_for_roughness();
-    return true;
+ protected:
+  glm::dvec3 moved(glm::dvec3 x) noexcept override { return x + now_.displacement(x); }
+  glm::dmat3 moved_gradient() const noexcept override { return glm::dmat3(1.0) + motion_.jacobian; }
+  BackTrack tracked_back(glm::dvec3 target, glm::dvec3 start) noexcept override {
+    return back_track(now_, target, start);
   }
-
-  void place(const SceneMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
-             Placed& out) noexcept override {
-    report_.confidence = motion_.confidence;
-    weight *= worth(motion_.confidence);
-    if (!(weight > 0.0)) return;
-    const glm::dmat3 derivative = volume_.linear * stretch();
-    const auto to_world = [this](glm::dvec3 x) { return volume_.world(x + now_.displacement(x)); };
-    WorldSink sink(out.set, derivative, material_, at_, weight, cap_n, to_world);
-    const glm::dvec3 probe_here = mode.mode->wants_probe() ? taken_back(probe) : material_;
-    const StillReader data(source_of(mode, data_, 0), mode.spec, material_, read_);
-    const int first = out.set.count();
-    mode.mode->place({data, material_, probe_here, dt_s}, sink);
-    tell_surface_values(data, mode.spec, derivative, at_, first, out);
-    report_.unsound |= !data.sound();
-  }
+  glm::dvec3 hand_start(glm::dvec3 target) const noexcept override { return near(target); }
+  bool may_fold() const noexcept override { return now_.map().may_fold(); }
 
  private:
-  /// A motion from one reference frame is large and steep, but still has an inverse wherever it
-  /// does not fold.
-  void look_for_roughness() noexcept {
-    if (!now_.map().may_fold()) return;
-    report_.rough |= squared(motion_.jacobian) >= kRough * kRough;
-  }
-
-  /// The deformation gradient at the point; in a fold the last valid one.
-  const glm::dmat3& stretch() noexcept {
-    const glm::dmat3 now = glm::dmat3(1.0) + motion_.jacobian;
-    if (glm::determinant(now) > kFlattest) stretch_ = now;
-    return stretch_;
-  }
-
-  /// Where the hand is in the reference frame; the proxy's place if that can not be found.
-  glm::dvec3 taken_back(glm::dvec3 probe) noexcept {
-    const glm::dvec3 target = volume_.volume(probe);
-    const BackTrack found = back_track(now_, target, material_ + (target - volume_.volume(at_)));
-    return found.ok ? found.x_m : material_;
-  }
-
-  const VolumeRun& volume_;
-  const MovingVolume& data_;
   SequenceSnapshot now_;
-  glm::dmat3 stretch_{1.0};
-  LastRead read_;
 };
 
 }  // namespace

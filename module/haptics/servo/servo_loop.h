@@ -75,8 +75,8 @@ struct ServoPorts {
   std::array<Newest<TickOutput>, kReaders> outputs;
   ServoStatistics statistics;
   std::atomic<bool> stop{false};  ///< ramp to zero, then end
-  std::atomic<bool> at_rest{
-      false};  ///< the device has had a force of zero since a stop was asked for
+  /// The device has had a force of zero since a stop was asked for.
+  std::atomic<bool> at_rest{false};
 };
 
 /// What the servo thread runs, period by period. It has no thread of its own, and `clock` is its

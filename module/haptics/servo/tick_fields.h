@@ -50,7 +50,7 @@ void visit_output(Output& output, Visit&& visit) {
   visit("substeps", "", output.substeps);
   visit("primitives", "", output.primitives);
   visit("newton_steps", "", output.newton_steps);
-  visit("held", "", output.frozen);
+  visit("frozen", "", output.frozen);
   visit("residual", "m", output.residual_m);
   visit("scene_energy", "J", output.scene_energy_j);
   visit("tank", "J", output.tank_j);
