@@ -8,6 +8,7 @@
 #include "integration/app/exit_code.h"
 #include "integration/app/force_device.h"
 #include "integration/app/gpu.h"
+#include "integration/app/session_flags.h"
 #include "integration/devices/list.h"
 
 namespace palpate::app {
@@ -64,7 +65,7 @@ nlohmann::json device_json(const devices::ListedDevice& device) {
           {"place", info.place},
           {"usb_id", device.usb_id},
           {"usable", device.usable},
-          {"wrong", device.wrong},
+          {"wrong", with_flags(device.wrong)},
           {"notes", device.notes},
           {"max_force_n", info.max_force_n},
           {"max_stiffness_n_per_m", info.max_stiffness_n_per_m},
@@ -100,7 +101,7 @@ void print_hand(const devices::ListedDevice& device) {
                                      : fmt::format(", {} ({})", info.place, device.usb_id));
   if (const std::string words = abilities(info); device.usable && !words.empty())
     fmt::print("                   {}\n", words);
-  fmt::print("                   {}\n", device.usable ? "Ready." : device.wrong);
+  fmt::print("                   {}\n", device.usable ? "Ready." : with_flags(device.wrong));
   if (!device.notes.empty()) fmt::print("                   {}\n", device.notes);
 }
 
@@ -119,7 +120,7 @@ void print_hands(const devices::DeviceList& list) {
     any = true;
   }
   if (!any) fmt::print("  None is plugged in: a 3Dconnexion SpaceMouse would do.\n");
-  if (!list.wrong.empty()) fmt::print("\n{}\n", list.wrong);
+  if (!list.wrong.empty()) fmt::print("\n{}\n", with_flags(list.wrong));
 }
 
 int run(bool json) {
@@ -129,7 +130,7 @@ int run(bool json) {
   if (json) {
     nlohmann::json all = {{"vulkan", nlohmann::json::array()},
                           {"hands", nlohmann::json::array()},
-                          {"wrong", hands.wrong}};
+                          {"wrong", with_flags(hands.wrong)}};
     for (const auto& device : computing)
       all["vulkan"].push_back(device_json(device, device.index == chosen));
     for (const auto& device : hands.devices) all["hands"].push_back(device_json(device));

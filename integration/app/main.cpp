@@ -1,4 +1,6 @@
 #include "integration/app/commands.h"
+#include "integration/app/progress.h"
+#include "integration/app/session_flags.h"
 
 namespace palpate::app {
 
@@ -18,5 +20,6 @@ CommandLine make_program() {
 }  // namespace palpate::app
 
 int main(int argc, char** argv) {
+  palpate::app::Console::set_spelling(palpate::app::with_flags);
   return palpate::app::run_program(argc, argv);
 }

@@ -53,11 +53,19 @@ Console::~Console() {
   end_progress();
 }
 
+void Console::set_spelling(std::string (*spelling)(std::string_view)) {
+  spelling_ = spelling;
+}
+
+std::string Console::spelled(std::string_view sentence) {
+  return spelling_ ? spelling_(sentence) : std::string(sentence);
+}
+
 void Console::say(std::string_view line) {
   if (quiet_) return;
   const std::lock_guard lock(mutex_);
   erase_bar();
-  put(lines_, fmt::format("{}\n", line));
+  put(lines_, fmt::format("{}\n", spelled(line)));
   if (running_ && has_bar_) draw_bar();
 }
 
@@ -123,7 +131,7 @@ bool Console::verbose() {
 void Console::complain(std::string_view sentence) {
   const std::lock_guard lock(mutex_);
   erase_bar();
-  put(stderr, fmt::format("{}\n", sentence));
+  put(stderr, fmt::format("{}\n", spelled(sentence)));
 }
 
 void Console::erase_bar() {

@@ -41,6 +41,10 @@ class Console {
   static void set_verbose(bool verbose);
   static bool verbose();
 
+  /// How sentences of the libraries are spelled for the user of this program: they name options as
+  /// `key`. Call it before the first console is created.
+  static void set_spelling(std::string (*spelling)(std::string_view));
+
   /// The share done, 0 to 1, and the present step. On a terminal redraws the bar at most ten times
   /// a second; elsewhere prints a line when `doing` changes, which ends the step before, or
   /// nothing: see Steps.
@@ -59,12 +63,14 @@ class Console {
 
  private:
   using Clock = std::chrono::steady_clock;
+  static std::string spelled(std::string_view sentence);
   void erase_bar();
   void draw_bar();
   std::string time_left(Clock::time_point now) const;
   void end_step(Clock::time_point now, double share);
 
   static inline std::atomic<bool> verbose_{false};
+  static inline std::string (*spelling_)(std::string_view) = nullptr;
 
   std::mutex mutex_;
   std::FILE* const lines_;

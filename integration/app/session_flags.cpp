@@ -247,8 +247,11 @@ std::string with_flags(std::string_view sentence) {
     if (to == std::string::npos) break;
     const SessionOption* const option =
         running::find_option(std::string_view(text).substr(from + 1, to - from - 1));
-    const std::string flag = option ? flag_of(*option) : text.substr(from + 1, to - from - 1);
-    text.replace(from, to - from + 1, flag);
+    if (!option) {
+      from = to + 1;
+      continue;
+    }
+    text.replace(from, to - from + 1, flag_of(*option));
   }
   return text;
 }

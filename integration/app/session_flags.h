@@ -16,7 +16,7 @@ namespace palpate::app {
 
 /// "--watchdog", "--no-real-time": the first spelling of an option.
 std::string flag_of(const running::SessionOption& option);
-/// A sentence with `key` written as the option of the program.
+/// A sentence of a library with each `key` of an option written as the option of the program.
 std::string with_flags(std::string_view sentence);
 
 /// Adds the options of these keys, or all of palpate feel. `request` must outlive the parsing.

@@ -48,7 +48,9 @@ Result<Viewers> open_viewers(const ViewerChoice& choice) {
   }
   if (choice.headset == "none") {
     auto window = open_window(choice);
-    if (!window) return window.error();
+    if (!window)
+      return Error{window.error().kind,
+                   window.error().message + ", or let it write pictures instead with --headless."};
     viewers.window = std::move(*window);
     viewers.why = "in a window, as asked.";
     return viewers;

@@ -21,7 +21,7 @@ using usb::UsbProblem;
 
 constexpr const char* kFirmwareMissing =
     "It has no firmware. palpate may not ship it: take the image from its maker's driver disc or "
-    "SDK and give it with --falcon-firmware FILE.";
+    "SDK and give it with `falcon_firmware`.";
 constexpr const char* kNotHomed =
     "After power-up, pull the grip all the way out, then push it all the way in.";
 constexpr const char* kFromKernel =

@@ -626,7 +626,7 @@ class X3dSceneReader {
       for (const Node& part : children(*one)) leave_out(part);
       if (one->name() == "AnyDevice") continue;
       scene_.notes.push_back(fmt::format(
-          "The scene names a {}: which device gives the force is said by --device.", one->name()));
+          "The scene names a {}: which device gives the force is said by `device`.", one->name()));
     }
   }
 

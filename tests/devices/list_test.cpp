@@ -66,7 +66,7 @@ TEST(DeviceList, SaysWhereFirmwareComesFrom) {
   falcon.plug();
   const ListedDevice found = only();
   EXPECT_FALSE(found.usable);
-  EXPECT_THAT(found.wrong, HasSubstr("--falcon-firmware"));
+  EXPECT_THAT(found.wrong, HasSubstr("`falcon_firmware`"));
 }
 
 TEST(DeviceList, NamesTheUdevRuleWithoutPermission) {

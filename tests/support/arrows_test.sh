@@ -50,4 +50,11 @@ only 'integration/files/scene' 'integration/files/scene/|integration/(x3d|loadin
 only 'module/haptics' 'module/haptics/|module/session/|integration/|tests/' compute module integration tests
 only 'module/' 'module/|integration/|tests/' compute module integration tests
 only 'tests/' 'tests/' compute module integration
+# Libraries name options of the session by their keys, as `device`: only the program knows its flags.
+flags=$(grep -rnE '"[^"]*(^|[^-!<])--[a-z][a-z-]+' --include='*.h' --include='*.cpp' compute module integration | grep -vE '^integration/app/|^[^:]*:[0-9]*: *///?' || true)
+if [[ -n $flags ]]; then
+  echo "Only integration/app may name options of the command line, but these do too:"
+  echo "$flags"
+  failed=1
+fi
 exit $failed

@@ -364,7 +364,7 @@ Result<Raster> parse_nrrd_header(const std::filesystem::path& file, std::string_
   if (!header) return header.error();
   if (!header->key(kSequenceMotionKey).empty())
     return bad_input(file,
-                     "is the motion of a whole sequence, not an image: name it with --fields, or "
+                     "is the motion of a whole sequence, not an image: name it with `fields`, or "
                      "for 'palpate check' or 'palpate info'");
   const auto axes = nrrd_axes(file, *header);
   if (!axes) return axes.error();
