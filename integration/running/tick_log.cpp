@@ -10,8 +10,8 @@ namespace {
 
 constexpr const char* kHeader =
     "t_s,dt_s,force_x_n,force_y_n,force_z_n,wanted_x_n,wanted_y_n,wanted_z_n,probe_x_m,probe_y_m,"
-    "probe_z_m,proxy_x_m,proxy_y_m,proxy_z_m,frame_and_phase,contact,frozen,newton_steps,residual_m,"
-    "scene_energy_j,cause,device_fault\n";
+    "probe_z_m,proxy_x_m,proxy_y_m,proxy_z_m,frame_and_phase,contact,frozen,newton_steps,"
+    "residual_m,scene_energy_j,cause,device_fault\n";
 
 }  // namespace
 
