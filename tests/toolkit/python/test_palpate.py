@@ -1,5 +1,6 @@
 """palpate in Python. Oracles: phantoms whose motion is known, conventions worked out by hand."""
 
+import inspect
 import os
 import pickle
 import signal
@@ -9,6 +10,7 @@ import sys
 import threading
 import time
 import types
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -616,7 +618,9 @@ def test_what_is_felt_is_served():
     (dict(device="simulated", path="sideways"), ValueError, "sideways"),
     (dict(device="simulated", hand="strong"), ValueError, "'strong'"),
     (dict(csv="/nowhere/ticks.csv"), OSError, "/nowhere"),
-    (dict(serve=70000), ValueError, "port"),
+    (dict(serve=70000), ValueError, "serve is 70000"),
+    (dict(watchdog=0.01), TypeError, "no option 'watchdog': did you mean 'watchdog_s'"),
+    (dict(core=1.5), TypeError, "core must be a whole number"),
     (dict(scene="igtl://127.0.0.1:1", wait_s=0.2), RuntimeError, "does not answer within 0.2 s"),
 ])
 def test_sessions_that_can_not_be_are_said(wrong, kind, words):
@@ -625,6 +629,22 @@ def test_sessions_that_can_not_be_are_said(wrong, kind, words):
         del given["frames"]
     with pytest.raises(kind, match=words):
         palpate.Session(**given)
+
+
+def test_the_stub_and_the_documentation_have_every_option():
+    text = {"flag": "bool", "number": "float", "whole number": "int", "word": "str", "text": "str | PathLike[str]", "path": "str | PathLike[str]",
+            "paths": "str | PathLike[str] | Sequence[str | PathLike[str]]", "texts": "str | Sequence[str]"}
+    rows = palpate._OPTIONS.values()
+    wanted = [f"        {row['key']}: {'float | str' if row['type'] == 'number' and row.get('words') else text[row['type']]} | None = None,"
+              for row in rows]
+    stub = (Path(palpate.__file__).parent / "__init__.pyi").read_text().splitlines()
+    first = stub.index(wanted[0])
+    assert stub[first:first + len(wanted)] == wanted, "\n".join(wanted)
+    assert stub[first + len(wanted)] == "    ) -> None: ..."
+    keywords = inspect.signature(palpate.Session).parameters
+    for row in rows:
+        assert row["key"] in keywords
+        assert f"        {row['key']}: " in palpate.Session.__doc__
 
 
 def test_a_session_lays_stream_tubes(tmp_path):
