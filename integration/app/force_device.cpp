@@ -16,7 +16,8 @@ constexpr double kMouseStart = 0.9;  // of the reach, towards the person: in fro
 
 Result<OpenedDevice> simulated(const ForceDeviceChoice& choice, LoadedScene& scene, bool fit,
                                const std::string& why) {
-  auto hand = running::simulated_hand({choice.hand, choice.path, choice.lets_go_at_s}, scene, fit);
+  auto hand = running::simulated_hand({choice.hand, choice.path, choice.lets_go_at_s, choice.clock},
+                                      scene, fit);
   if (!hand) return hand.error();
   OpenedDevice opened;
   opened.why = why + " " + hand->sentence;

@@ -10,6 +10,7 @@
 #include "integration/loading/load_scene.h"
 #include "module/haptics/device.h"
 #include "module/haptics/servo/position_source.h"
+#include "module/haptics/servo/servo_clock.h"
 
 namespace palpate::app {
 
@@ -25,6 +26,7 @@ struct ForceDeviceChoice {
   bool has_window = false;                ///< a mouse can be the hand
   bool has_headset = false;               ///< a controller can be the hand
   double lets_go_at_s = std::numeric_limits<double>::infinity();
+  ServoClock* clock = nullptr;  ///< simulated: whose time it has; null: the monotonic clock
 };
 
 struct OpenedDevice {
