@@ -45,6 +45,9 @@ constexpr auto kSilence = std::chrono::milliseconds(500);
 /// How long the end of a run may take after a signal; the force is down in a tenth of a second.
 constexpr std::chrono::seconds kPatience{20};
 
+/// How often a run without a window looks what the servo thread does.
+constexpr std::chrono::milliseconds kLook{50};
+
 /// How long the end of a run waits for the picture that is being drawn.
 constexpr std::chrono::seconds kLastPicture{5};
 
@@ -79,7 +82,10 @@ class FeelRun {
   int run(CancelOnSignal& cancel) {
     cancel.end_at_once(true);
     if (const Status looking = choose_viewers(); !looking) return fail(console_, looking.error());
-    const running::OtherHands others{viewers_.window != nullptr, viewers_.headset != nullptr};
+    running::OtherHands others{viewers_.window != nullptr, viewers_.headset != nullptr, true};
+    // Only with a device that is simulated by choice: a real hand has the time that it has.
+    if (command_.request.device == "simulated" && std::getenv("PALPATE_COMPUTED_TIME"))
+      others.clock = &computed_time_.emplace();
     if (const Status met = check_hand(command_.request.device, others); !met)
       return fail(console_, met.error());
     if (const Status look = check_look(command_.view.look); !look)
@@ -147,7 +153,7 @@ class FeelRun {
     };
     running::SessionHost host;
     host.others = others;
-    host.else_simulated = host.sums_up = true;
+    host.sums_up = true;
     SessionRequest request = command_.request;
     if (request.shown_only) request.device = "none";
     // Motion that is found during the run is no part of a recording.
@@ -232,6 +238,9 @@ class FeelRun {
     if (viewers_.headset) GatedDevice::guard(safety);
     options.second_hand = second_hand_.get();
     if (command_.hand()) options.tube_buttons = headset::tube_buttons(safety);
+    if (computed_time_)
+      options.servo.real_time = {
+          .priority = 0, .core = command_.request.core, .lock_memory = false, .cores_awake = false};
     if (viewers_.window) options.servo.listeners[1] = viewers_.window->listener();
   }
 
@@ -287,17 +296,21 @@ class FeelRun {
     }
     const LiveMotion& motion = connected_.session->motion();
     const auto begin = Clock::now();
+    const int64_t begin_ns = computed_time_ ? computed_time_->now_ns() : 0;
     TickOutput tick;
     double motion_known_s = motion.is_done() ? 0.0 : 1e12;
     double now_s = 0.0;
     while (now_s < end_s(motion_known_s) && !stop.stop_requested() && !emergency::is_asked() &&
            !(viewers_.window && viewers_.window->closed()) && !display_was_needed_and_lost() &&
            !(viewers_.headset && viewers_.headset->ended())) {
+      // Motion and pictures are computed in real time, and the hand is not to be through before.
       if (viewers_.window)
         viewers_.window->frame(tick, motion_text(motion));
-      else
-        std::this_thread::sleep_for(std::chrono::milliseconds(50));
-      now_s = std::chrono::duration<double>(Clock::now() - begin).count();
+      else if (!computed_time_ || !motion.is_done() || gallery_)
+        std::this_thread::sleep_for(kLook);
+      if (computed_time_) computed_time_->let_pass(std::chrono::nanoseconds(kLook).count());
+      now_s = computed_time_ ? 1e-9 * double(computed_time_->now_ns() - begin_ns)
+                             : std::chrono::duration<double>(Clock::now() - begin).count();
       connected_.session->newest(0, tick);
       tell_second_hand();
       tell_headset();
@@ -320,6 +333,7 @@ class FeelRun {
   void end() {
     if (is_ended_) return;
     is_ended_ = true;
+    if (computed_time_) computed_time_->let_go();
     connected_.stop();
     kept_ = connected_.flight.finish();
     if (viewers_.window) viewers_.window->end();
@@ -506,6 +520,9 @@ class FeelRun {
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
   /// The window, once its display has gone away: the servo thread still uses its listener.
   std::unique_ptr<desktop::DesktopLoop> lost_window_;
+  /// For tests (environment variable PALPATE_COMPUTED_TIME): the simulated hand's time passes as
+  /// fast as it is computed.
+  std::optional<ComputedClock> computed_time_;
   /// Ends its servo thread before the members above are destroyed.
   running::ConnectedSession connected_;
   GatedDevice* gate_ = nullptr;       ///< its device, where there is a headset

@@ -50,7 +50,7 @@ SimulatedDevice::SimulatedDevice(SimulatedOptions options)
   // Forces cut steps as well: as many as sub-steps, at the most.
   const double age_s = options_.read_delay_s + options_.jitter_s;
   past_.resize(2 * size_t(std::ceil(age_s / options_.sub_step_s)) + 8);
-  if (options_.real_time) start_ns_ = monotonic_ns();
+  if (options_.real_time) start_ns_ = clock_ns();
   now_ns_ = last_force_ns_ = start_ns_;
   if (std::isfinite(options_.lets_go_at_s)) lets_go_ns_ = start_ns_ + ns(options_.lets_go_at_s);
   last_.position_m = body_.position_m();
@@ -59,7 +59,7 @@ SimulatedDevice::SimulatedDevice(SimulatedOptions options)
 }
 
 DeviceReading SimulatedDevice::exchange(const DeviceCommand& command) noexcept {
-  return exchange_at(command, options_.real_time ? monotonic_ns() : now_ns_);
+  return exchange_at(command, options_.real_time ? clock_ns() : now_ns_);
 }
 
 void SimulatedDevice::step(double dt_s) noexcept {
@@ -175,6 +175,10 @@ glm::dvec3 SimulatedDevice::clamped(glm::dvec3 force_n) const noexcept {
   const double size = glm::length(force_n);
   if (!std::isfinite(size)) return glm::dvec3(0.0);  // as a driver must: never a NaN to a motor
   return size > options_.max_force_n ? force_n * (options_.max_force_n / size) : force_n;
+}
+
+int64_t SimulatedDevice::clock_ns() const noexcept {
+  return options_.clock ? options_.clock->now_ns() : monotonic_ns();
 }
 
 double SimulatedDevice::draw() noexcept {

@@ -8,6 +8,7 @@
 #include "integration/devices/held_mass.h"
 #include "integration/devices/scripted_path.h"
 #include "module/haptics/device.h"
+#include "module/haptics/servo/servo_clock.h"
 
 namespace palpate::devices {
 
@@ -35,6 +36,8 @@ struct SimulatedOptions {
   /// True: time passes by itself (the monotonic clock), as the servo thread needs it. False: time
   /// passes by step() alone, as fast as the machine can.
   bool real_time = false;
+  /// With real_time: the clock that is meant, if it is not the monotonic one. Borrowed.
+  ServoClock* clock = nullptr;
 };
 
 /// What such a device is, without one.
@@ -81,6 +84,8 @@ class SimulatedDevice : public ForceDevice {
   glm::dvec3 position_at(int64_t time_ns) const noexcept;
   glm::dvec3 clamped(glm::dvec3 force_n) const noexcept;
   double draw() noexcept;
+  /// Time of the clock that is meant with real_time.
+  int64_t clock_ns() const noexcept;
 
   SimulatedOptions options_;
   HeldMass body_;

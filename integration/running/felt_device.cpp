@@ -54,8 +54,8 @@ FeltDevice tool() {
 }
 
 Result<FeltDevice> simulated(const SessionRequest& request, LoadedScene& scene, bool fit,
-                             const std::string& why) {
-  auto hand = simulated_hand({request.hand, request.path, request.lets_go_s}, scene, fit);
+                             ServoClock* clock, const std::string& why) {
+  auto hand = simulated_hand({request.hand, request.path, request.lets_go_s, clock}, scene, fit);
   if (!hand) return hand.error();
   FeltDevice felt;
   felt.why = why + " " + hand->sentence;
@@ -66,7 +66,7 @@ Result<FeltDevice> simulated(const SessionRequest& request, LoadedScene& scene, 
 }
 
 Result<FeltDevice> real_or_other(const SessionRequest& request, LoadedScene& scene, bool fit,
-                                 const OtherHands& others, bool else_simulated) {
+                                 const OtherHands& others) {
   auto device = devices::find_force_device(
       request.device, {"", request.falcon_firmware.string(), request.real_time});
   if (!device) return device.error();
@@ -82,8 +82,9 @@ Result<FeltDevice> real_or_other(const SessionRequest& request, LoadedScene& sce
     return controller(
         "controller, as no force device is there; vibration says what force it would be.");
   if (others.window) return mouse("mouse, as no force device is there; it gives no force.");
-  if (else_simulated)
-    return simulated(request, scene, fit, "simulated device, as no force device is there.");
+  if (others.simulated)
+    return simulated(request, scene, fit, others.clock,
+                     "simulated device, as no force device is there.");
   return Error{ErrorKind::kNoDevice,
                "No force device answers: plug one in, or give one of your own (PalDevice)"};
 }
@@ -91,11 +92,11 @@ Result<FeltDevice> real_or_other(const SessionRequest& request, LoadedScene& sce
 }  // namespace
 
 Result<FeltDevice> open_felt_device(const SessionRequest& request, LoadedScene& scene, bool fit,
-                                    const OtherHands& others, bool else_simulated) {
+                                    const OtherHands& others) {
   const auto opened = [&]() -> Result<FeltDevice> {
     if (request.device == "none") return nothing();
     if (request.device == "simulated")
-      return simulated(request, scene, fit, "simulated device, as asked.");
+      return simulated(request, scene, fit, others.clock, "simulated device, as asked.");
     if (request.device == "mouse") {
       if (!others.window)
         return Error{ErrorKind::kBadInput, "A mouse can be the hand only where there is a window"};
@@ -108,7 +109,7 @@ Result<FeltDevice> open_felt_device(const SessionRequest& request, LoadedScene& 
                      "A controller can be the hand only where there is a headset"};
       return controller("controller, as asked; vibration says what force it would be.");
     }
-    return real_or_other(request, scene, fit, others, else_simulated);
+    return real_or_other(request, scene, fit, others);
   };
   auto felt = opened();
   if (!felt) return felt;

@@ -6,13 +6,16 @@
 #include "integration/running/session_request.h"
 #include "module/haptics/device.h"
 #include "module/haptics/servo/position_source.h"
+#include "module/haptics/servo/servo_clock.h"
 
 namespace palpate::running {
 
 /// What can be the hand where no force device is there.
 struct OtherHands {
-  bool window = false;   ///< a mouse
-  bool headset = false;  ///< a controller
+  bool window = false;          ///< a mouse
+  bool headset = false;         ///< a controller
+  bool simulated = false;       ///< a simulated one, if nothing else is there
+  ServoClock* clock = nullptr;  ///< whose time a simulated one has; null: the monotonic clock
 };
 
 /// The device of a session.
@@ -31,12 +34,12 @@ struct FeltDevice {
 };
 
 /// Opens the device that the request names: "auto" (the first kind that answers within a second;
-/// else what `others` have; else a simulated one where `else_simulated`), "mouse", "controller",
+/// else what `others` have), "mouse", "controller",
 /// "simulated", "none" (viewing only), igtl://HOST:PORT (a tracked tool, which another thread
 /// moves), or a kind of devices::force_device_kinds(), with '@' and a place. fit: first the scene
 /// is scaled to the device's reach, see fit_to_reach(). Errors: kBadInput, kNoDevice, in one
 /// sentence. Any thread.
 Result<FeltDevice> open_felt_device(const SessionRequest& request, LoadedScene& scene, bool fit,
-                                    const OtherHands& others, bool else_simulated);
+                                    const OtherHands& others);
 
 }  // namespace palpate::running

@@ -72,7 +72,7 @@ Status open_device(SessionHost& host, PreparedSession& prepared, ConnectedSessio
     if (fit) fit_to_reach(prepared.scene, prepared.felt.info);
     return Nothing{};
   }
-  auto felt = open_felt_device(request, prepared.scene, fit, host.others, host.else_simulated);
+  auto felt = open_felt_device(request, prepared.scene, fit, host.others);
   if (!felt) return felt.error();
   prepared.felt = std::move(*felt);
   connected.device = std::move(prepared.felt.device);
@@ -211,6 +211,7 @@ Result<PreparedSession> prepare_session(SessionRequest request, SessionHost host
   if (const Status opened = open_device(host, prepared, connected); !opened) return opened.error();
   if (prepared.felt.controller || prepared.felt.tool) stand_in_true_size(prepared.scene);
   prepared.options = session_options(prepared, callbacks);
+  prepared.options.clock = host.others.clock;
   return prepared;
 }
 

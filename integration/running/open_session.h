@@ -33,7 +33,6 @@ struct SessionHost {
   std::unique_ptr<ForceDevice> device;  ///< of the host; null: as the request says
   std::optional<DeviceInfo> ticks;      ///< the host ticks itself, with a device like this
   OtherHands others;                    ///< what can be the hand without a force device
-  bool else_simulated = false;          ///< and if that is not there either
   bool sums_up = false;                 ///< numbers and rows of all ticks are kept for a summary
 };
 

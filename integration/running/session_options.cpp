@@ -435,8 +435,7 @@ class Setter {
     const std::optional<double> number = number_of(value_);
     if (!number) return expected(option_, value_, files::text_of(option_.range));
     if (!files::is_in(*number, option_.range))
-      return Error{ErrorKind::kBadInput,
-                   files::out_of_range(option_.key, *number, option_.range)};
+      return Error{ErrorKind::kBadInput, files::out_of_range(option_.key, *number, option_.range)};
     take(*number);
     return Nothing{};
   }
@@ -455,11 +454,11 @@ class Setter {
     const std::string near = value_.is_string()
                                  ? files::nearest_word(value_.get<std::string>(), option_.words)
                                  : std::string();
-    return Error{ErrorKind::kBadInput,
-                 fmt::format("{} '{}' is not known: {}choose one of {}", option_.key,
-                             word_of(value_),
-                             near.empty() ? "" : fmt::format("did you mean '{}'? Otherwise ", near),
-                             fmt::join(option_.words, ", "))};
+    return Error{
+        ErrorKind::kBadInput,
+        fmt::format("{} '{}' is not known: {}choose one of {}", option_.key, word_of(value_),
+                    near.empty() ? "" : fmt::format("did you mean '{}'? Otherwise ", near),
+                    fmt::join(option_.words, ", "))};
   }
 
   Request& request_;
@@ -550,20 +549,19 @@ Status set_options(SessionRequest& request, std::string_view text, Door door, Op
 std::string options_json() {
   json rows = json::array();
   for (const SessionOption& option : session_options()) {
-    json row = {{"key", option.key},
-                {"stage", option.stage == kScene ? "scene" : "session"},
-                {"type", type_of(option)},
-                {"unit", option.range.unit},
-                {"default", option.fallback},
-                {"help", option.help},
-                {"c_field", option.c_field},
-                {"doors", json::array()}};
+    json row = {
+        {"key", option.key},          {"stage", option.stage == kScene ? "scene" : "session"},
+        {"type", type_of(option)},    {"unit", option.range.unit},
+        {"default", option.fallback}, {"help", option.help},
+        {"c_field", option.c_field},  {"doors", json::array()}};
     if (std::isfinite(option.range.low)) row["low"] = option.range.low;
     if (std::isfinite(option.range.high)) row["high"] = option.range.high;
     if (option.range.above_low) row["above_low"] = true;
     if (!option.words.empty()) row["words"] = option.words;
-    for (const auto& [door, name] : {std::pair(kProgramDoor, "program"), {kSceneFileDoor, "scene"},
-                                     {kCDoor, "c"}, {kPythonDoor, "python"}})
+    for (const auto& [door, name] : {std::pair(kProgramDoor, "program"),
+                                     {kSceneFileDoor, "scene"},
+                                     {kCDoor, "c"},
+                                     {kPythonDoor, "python"}})
       if (option.doors & door) row["doors"].push_back(name);
     rows.push_back(std::move(row));
   }

@@ -14,6 +14,7 @@ constexpr int kTimesWhileWaiting = 100;
 Result<devices::SimulatedOptions> options_of(const HandChoice& choice) {
   devices::SimulatedOptions options;
   options.real_time = true;
+  options.clock = choice.clock;
   options.lets_go_at_s = choice.lets_go_at_s;
   if (choice.hand == "human")
     options.body.hand = devices::kHumanHand;

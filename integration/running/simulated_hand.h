@@ -6,6 +6,7 @@
 
 #include "compute/volume/result.h"
 #include "integration/devices/simulated.h"
+#include "module/haptics/servo/servo_clock.h"
 #include "module/session/loaded_scene.h"
 
 namespace palpate::running {
@@ -15,6 +16,7 @@ struct HandChoice {
   std::string hand = "human";  ///< human, loose, firm, none
   std::string path = "press";  ///< press, tap, stroke, circle, sweep, or a file of t_s,x_m,y_m,z_m
   double lets_go_at_s = std::numeric_limits<double>::infinity();
+  ServoClock* clock = nullptr;  ///< whose time it has; null: the monotonic clock
 };
 
 struct SimulatedHand {

@@ -26,7 +26,7 @@ Result<std::unique_ptr<Session>> Session::start(const LoadedScene& scene, ForceD
                                                 SessionOptions options) {
   auto session = std::unique_ptr<Session>(new Session(options, device.info()));
   if (const Status begun = session->begin(scene); !begun) return begun.error();
-  auto servo = Servo::start(device, session->ticker_, options.servo);
+  auto servo = Servo::start(device, session->ticker_, options.servo, options.clock);
   if (!servo) return servo.error();
   session->servo_ = std::move(*servo);
   session->begin_motion(scene);

@@ -34,6 +34,8 @@ struct SessionOptions {
   ServoOptions servo;
   /// Moves the volumes whose drive is a second hand; null: only drag() and place() do. Borrowed.
   const SecondHand* second_hand = nullptr;
+  /// Where the servo thread takes its time from; null: the monotonic clock. Borrowed.
+  ServoClock* clock = nullptr;
   /// How motion that no file contains is estimated while the data are felt; without open_context
   /// the data stand still.
   LiveMotionOptions motion;

@@ -1,5 +1,5 @@
-// `palpate feel` as a user runs it: with a simulated hand, in real time. No test here measures
-// time: the machine may be busy.
+// `palpate feel` as a user runs it: with a simulated hand, in real time where that is tested.
+// No test here measures time: the machine may be busy.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,8 +32,9 @@ std::vector<std::string> feel(const std::string& what, std::vector<std::string> 
 
 TEST(Feel, PressesTheBeatingHeartAndDrawsWhatItFelt) {
   const TemporaryFolder folder;
-  const Outcome result = run(feel("heart", {"--csv", folder / "ticks.csv", "--picture",
-                                            folder / "felt.png", "--black-box", folder / "."}));
+  const Outcome result =
+      run_computed(feel("heart", {"--csv", folder / "ticks.csv", "--picture", folder / "felt.png",
+                                  "--black-box", folder / "."}));
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
   EXPECT_THAT(result.out, AllOf(HasSubstr("8 frames in 2 s, with its motion"),
                                 HasSubstr("follows the path 'press'"), HasSubstr("Felt")));
@@ -67,9 +68,9 @@ const std::filesystem::path kCine = std::filesystem::path(PALPATE_SHARED_DATA) /
 TEST(Feel, PressesTheSegmentsOfARealHeart) {
   NEEDS_CINE();
   const TemporaryFolder folder;
-  const Outcome result =
-      run(feel(kCine / "frame_00.mha", {"--segments", kCine / "lv_00.mha", "--csv",
-                                        folder / "ticks.csv", "--black-box", folder / "."}));
+  const Outcome result = run_computed(
+      feel(kCine / "frame_00.mha", {"--segments", kCine / "lv_00.mha", "--csv",
+                                    folder / "ticks.csv", "--black-box", folder / "."}));
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("Segment   label 1, colour"), HasSubstr("Segment   label 2, colour"),
@@ -89,8 +90,9 @@ TEST(Feel, PressesTheSegmentsOfARealHeart) {
 
 TEST(Feel, FeelsTheHeartOfTheExamplesStillUntilItsMotionIsKnown) {
   NEEDS_CINE();
-  const Outcome result = run(feel(std::string(PALPATE_SOURCE_DIR) + "/docs/examples/heart.json",
-                                  {"--folder", kCine, "--no-motion", "--seconds", "1"}));
+  const Outcome result =
+      run_computed(feel(std::string(PALPATE_SOURCE_DIR) + "/docs/examples/heart.json",
+                        {"--folder", kCine, "--no-motion", "--seconds", "1"}));
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("20 frames in 0.601 s, of which frame 0 stands still"),
@@ -117,7 +119,7 @@ TEST(Feel, SaysWhatIsWrongWithASegmentation) {
 TEST(Feel, DerivesAWallWhereTheValuesHaveNone) {
   NEEDS_CINE();
   const TemporaryFolder folder;
-  const Outcome made = run(
+  const Outcome made = run_computed(
       feel(kCine / "frame_00.mha", {"--csv", folder / "ticks.csv", "--black-box", folder / "."}));
   ASSERT_EQ(made.exit_code, 0) << made.out << made.err;
   EXPECT_THAT(
@@ -140,8 +142,8 @@ TEST(Feel, DerivesAWallWhereTheValuesHaveNone) {
   EXPECT_THAT(waits.out,
               AllOf(HasSubstr("felt by    wall"),
                     HasSubstr("The wall is that of frame 0: heart_cine stands still there")));
-  const Outcome alone =
-      run(feel(kCine / "frame_00.mha", {kCine / "frame_01.mha", "--no-motion", "--seconds", "1"}));
+  const Outcome alone = run_computed(
+      feel(kCine / "frame_00.mha", {kCine / "frame_01.mha", "--no-motion", "--seconds", "1"}));
   EXPECT_THAT(alone.out, Not(HasSubstr("Segment")));
 }
 
@@ -198,8 +200,8 @@ TEST(Feel, ReportsTheServosPeriodsAloneBesideThoseOfTheRun) {
 TEST(Feel, RecordsARunAndReplaysItBitByBit) {
   const TemporaryFolder folder;
   const std::string file = folder / "run.ticks";
-  const Outcome felt =
-      run(feel("molecule", {"--seconds", "3", "--record", file, "--black-box", folder / "."}));
+  const Outcome felt = run_computed(
+      feel("molecule", {"--seconds", "3", "--record", file, "--black-box", folder / "."}));
   ASSERT_EQ(felt.exit_code, 0) << felt.out << felt.err;
   const Outcome again = run({"feel", "molecule", "--replay", file});
   EXPECT_EQ(again.exit_code, 0) << again.out << again.err;
@@ -222,7 +224,7 @@ TEST(Feel, LaysStreamTubesByTheDevicesButtonAndAgainWhenReplayed) {
   std::vector<std::string> more = how;
   more.insert(more.end(), {"--tubes", folder / "felt.vtk", "--record", folder / "run.ticks",
                            "--black-box", folder / "."});
-  const Outcome felt = run(feel("molecule", more));
+  const Outcome felt = run_computed(feel("molecule", more));
   ASSERT_EQ(felt.exit_code, 0) << felt.out << felt.err;
   EXPECT_THAT(felt.out, HasSubstr("Tubes     1 stream tube, 1 of them kept"));
   const Outcome again = run(
@@ -240,7 +242,7 @@ TEST(Feel, LaysStreamTubesByTheDevicesButtonAndAgainWhenReplayed) {
   // With a dead-man switch the buttons enable the force, and lay no tubes.
   more = how;
   more.insert(more.end(), {"--dead-man", "--tubes", folder / "none.vtk"});
-  const Outcome dead_man = run(feel("molecule", more));
+  const Outcome dead_man = run_computed(feel("molecule", more));
   EXPECT_EQ(dead_man.exit_code, 0) << dead_man.err;
   EXPECT_THAT(bytes(folder / "none.vtk"), HasSubstr("LINES 0 0"));
   const Outcome wrong = run(feel("molecule", {"--tubes", folder / "tubes.stl"}));
@@ -252,7 +254,7 @@ TEST(Feel, StreamTubesOfABeatingHeartAreItsVelocity) {
   const TemporaryFolder folder;
   std::ofstream(folder / "path.csv") << "0,0.02,0.015,0.02,0\n2.3,0.02,0.015,0.02,1\n"
                                         "2.4,0.02,0.015,0.02,0\n";
-  const Outcome felt = run(feel(
+  const Outcome felt = run_computed(feel(
       "shell", {"--path", folder / "path.csv", "--seconds", "3", "--tubes", folder / "felt.vtk"}));
   ASSERT_EQ(felt.exit_code, 0) << felt.out << felt.err;
   EXPECT_THAT(felt.out, HasSubstr("Tubes     1 stream tube"));
@@ -265,7 +267,7 @@ TEST(Feel, EstimatesTheMotionOfASequenceWhileTheStillFrameIsFelt) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;
   const std::string heart = written(small_heart(), folder / "heart.seq.nrrd");
-  const Outcome result = run(feel(
+  const Outcome result = run_computed(feel(
       heart, {"--csv", folder / "ticks.csv", "--preset", "fast", "--black-box", folder / "."}));
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
   EXPECT_THAT(result.out, AllOf(HasSubstr("still at first"), HasSubstr("between the two main"),
@@ -295,7 +297,7 @@ TEST(Feel, UsesTheFieldsThatMotionHasWritten) {
     const Outcome planned = run({"plan", heart, "--fields", folder / model});
     EXPECT_EQ(planned.exit_code, 0) << planned.err;
     EXPECT_THAT(planned.out, AllOf(HasSubstr(plan), HasSubstr("back-tracking by")));
-    const Outcome result = run(
+    const Outcome result = run_computed(
         feel(heart, {"--fields", folder / model, "--seconds", "1", "--black-box", folder / "."}));
     EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
     EXPECT_THAT(result.out, HasSubstr(std::string("4 frames in 1 s, ") + felt));
@@ -385,8 +387,8 @@ TEST(Feel, GuidesTheHandAlongAFlowAndDrawsItsTubes) {
     const std::filesystem::path csv = folder / (std::string(what) + ".csv");
     const std::filesystem::path pictures = folder / (std::string(what) + "_pictures");
     const Outcome result =
-        run(feel(folder / what, {"--seconds", "4", "--csv", csv.string(), "--headless",
-                                 pictures.string(), "--black-box", folder / "."}));
+        run_computed(feel(folder / what, {"--seconds", "4", "--csv", csv.string(), "--headless",
+                                          pictures.string(), "--black-box", folder / "."}));
     ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
     EXPECT_TRUE(std::filesystem::exists(pictures / "view_1.png")) << result.out;
     const Table table(csv);

@@ -36,8 +36,8 @@ static glm::dvec3 place(const Table& ticks, size_t row, const char* what) {
 }
 
 static Way found_way(const std::string& scene, const TemporaryFolder& folder) {
-  const Outcome pressed =
-      run(feel(scene, {"--headset", "off", "--device", "simulated", "--csv", folder / "way.csv"}));
+  const Outcome pressed = run_computed(
+      feel(scene, {"--headset", "off", "--device", "simulated", "--csv", folder / "way.csv"}));
   EXPECT_EQ(pressed.exit_code, 0) << pressed.err;
   const Table ticks(folder / "way.csv");
   Way way;

@@ -260,9 +260,9 @@ TEST(Info, OfWhatPalpateItselfWrites) {
   EXPECT_EQ(calibration["kind"], "calibration");
   EXPECT_THAT(calibration["more"].dump(), HasSubstr("11 of 12 points agree to 0.8 mm"));
 
-  const Outcome felt =
-      run({"feel", "molecule", "--device", "simulated", "--seconds", "0.5", "--headset", "off",
-           "--watchdog", "1000", "--record", folder / "run.rec", "--csv", folder / "run.csv"});
+  const Outcome felt = run_computed({"feel", "molecule", "--device", "simulated", "--seconds",
+                                     "0.5", "--headset", "off", "--watchdog", "1000", "--record",
+                                     folder / "run.rec", "--csv", folder / "run.csv"});
   ASSERT_EQ(felt.exit_code, 0) << felt.err;
   const auto recording = info(folder / "run.rec");
   EXPECT_EQ(recording["kind"], "recording");

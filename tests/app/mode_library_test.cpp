@@ -43,9 +43,9 @@ TEST(ModeLibrary, AddsAKindThatAScenePlansAndFeels) {
 
   // The mode pulls the hand to the ball's surface; a recording of it is replayed bit by bit.
   const std::string recording = folder / "run";
-  const Outcome felt = run({"feel", scene, "--modes", PALPATE_SNAP_MODE, "--device", "simulated",
-                            "--path", "press", "--seconds", "5", "--headset", "off", "--record",
-                            recording, "--csv", folder / "ticks.csv"});
+  const Outcome felt = run_computed({"feel", scene, "--modes", PALPATE_SNAP_MODE, "--device",
+                                     "simulated", "--path", "press", "--seconds", "5", "--headset",
+                                     "off", "--record", recording, "--csv", folder / "ticks.csv"});
   EXPECT_EQ(felt.exit_code, 0) << felt.err;
   EXPECT_GT(most_force_n(folder / "ticks.csv"), 0.1);
   const Outcome replayed =
@@ -64,8 +64,8 @@ TEST(ModeLibrary, InCIsFeltLikeAnyOther) {
   EXPECT_THAT(plan.out, HasSubstr("held"));
   const TemporaryFolder folder;
   const Outcome felt =
-      run({"feel", scene, "--modes", PALPATE_MY_MODE, "--device", "simulated", "--path", "press",
-           "--seconds", "5", "--headset", "off", "--csv", folder / "ticks.csv"});
+      run_computed({"feel", scene, "--modes", PALPATE_MY_MODE, "--device", "simulated", "--path",
+                    "press", "--seconds", "5", "--headset", "off", "--csv", folder / "ticks.csv"});
   EXPECT_EQ(felt.exit_code, 0) << felt.err;
   EXPECT_GT(most_force_n(folder / "ticks.csv"), 0.1);
 }

@@ -418,8 +418,8 @@ TEST(OneMotion, IsWrittenInAllItsFormsAndRead) {
             1e-4);
   // The written motion is used by `feel`, without an estimation.
   for (const std::string& fields : {out, out + "/sequence_motion.nrrd"}) {
-    const Outcome felt = run({"feel", heart, "--fields", fields, "--headset", "off", "--device",
-                              "simulated", "--seconds", "1"});
+    const Outcome felt = run_computed({"feel", heart, "--fields", fields, "--headset", "off",
+                                       "--device", "simulated", "--seconds", "1"});
     EXPECT_EQ(felt.exit_code, 0) << felt.err;
     EXPECT_THAT(felt.out, HasSubstr("6 frames in 1 s, with one motion for all of them"));
   }

@@ -107,6 +107,13 @@ std::vector<std::vector<std::string>> commands() {
   return all;
 }
 
+Outcome run_computed(const std::vector<std::string>& arguments) {
+  ::setenv("PALPATE_COMPUTED_TIME", "1", 1);
+  Program program(arguments);
+  ::unsetenv("PALPATE_COMPUTED_TIME");
+  return program.wait();
+}
+
 bool has_device() {
   static const bool has = run({"devices"}).exit_code == 0;
   return has;

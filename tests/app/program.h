@@ -50,6 +50,10 @@ inline Outcome run(const std::vector<std::string>& arguments) {
   return Program(arguments).wait();
 }
 
+/// As run(), for a run with a simulated hand, whose time passes as fast as it is computed where it
+/// waits for nothing else: for tests of something else than real time.
+Outcome run_computed(const std::vector<std::string>& arguments);
+
 /// The commands that --help lists, and their subcommands: {"motion"}, ..., {"chart", "stability"}.
 std::vector<std::vector<std::string>> commands();
 

@@ -56,8 +56,8 @@ std::string beating(const TemporaryFolder& folder) {
 
 TEST(X3d, IsPlannedAndFeltAsTheBuiltInMolecule) {
   EXPECT_EQ(plan_of(kExample), plan_of("molecule"));
-  const Outcome felt =
-      run({"feel", kExample, "--device", "simulated", "--seconds", "1", "--headset", "off"});
+  const Outcome felt = run_computed(
+      {"feel", kExample, "--device", "simulated", "--seconds", "1", "--headset", "off"});
   EXPECT_EQ(felt.exit_code, 0) << felt.err;
   EXPECT_THAT(felt.out, HasSubstr("Nodes without effect here: Background, ImportLibrary."));
   const Outcome info = run({"info", kExample});
@@ -73,8 +73,8 @@ TEST(X3d, LetsASequenceBeatAndMoveAndFindsItsSurface) {
   EXPECT_THAT(plan.out, AllOf(HasSubstr("frames     4 in 0.8 s, over and over"),
                               HasSubstr("pose, moving by keys, at the tick's own time"),
                               HasSubstr("felt by    surface"), HasSubstr("Viewpoint")));
-  const Outcome felt = run({"feel", scene, "--device", "simulated", "--seconds", "1", "--headset",
-                            "off", "--no-motion"});
+  const Outcome felt = run_computed({"feel", scene, "--device", "simulated", "--seconds", "1",
+                                     "--headset", "off", "--no-motion"});
   EXPECT_EQ(felt.exit_code, 0) << felt.err;
 }
 
@@ -214,9 +214,9 @@ TEST(X3d, FeelsVectorsWithoutAHeaderAlongTheAxesOfTheScene) {
     </PalpateVectorForceMode></Scene></X3D>)";
   std::ofstream(folder / "path.csv") << "0,0,0.04,0\n3,0,0.04,0\n4,0,0,0\n20,0,0,0\n";
   const Outcome felt =
-      run({"feel", folder / "flow.x3d", "--device", "simulated", "--path", folder / "path.csv",
-           "--headset", "off", "--seconds", "8", "--csv", folder / "ticks.csv", "--watchdog",
-           "1000", "--black-box", folder / "."});
+      run_computed({"feel", folder / "flow.x3d", "--device", "simulated", "--path",
+                    folder / "path.csv", "--headset", "off", "--seconds", "8", "--csv",
+                    folder / "ticks.csv", "--watchdog", "1000", "--black-box", folder / "."});
   ASSERT_EQ(felt.exit_code, 0) << felt.err;
   const Table ticks(folder / "ticks.csv");
   double most_n = 0.0;

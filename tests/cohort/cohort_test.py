@@ -3,7 +3,7 @@
 
 Every path of a test has a blank and a quote in it, some outputs have braces.
 
-usage: cohort_test.py local|slurm PALPATE-COHORT PALPATE SHARED-DATA SLURM_ROOT.SH
+usage: cohort_test.py local|slurm PALPATE-COHORT PALPATE SHARED-DATA DEBIAN_ROOT.SH
        cohort_test.py package PALPATE-COHORT BUILD
 Exit status 77: skipped, and said why.
 """
@@ -25,7 +25,7 @@ import time
 import zlib
 from pathlib import Path
 
-WHICH, COHORT, PALPATE, SHARED, SLURM_ROOT = (sys.argv[1:] + [""] * 2)[:5]
+WHICH, COHORT, PALPATE, SHARED, DEBIAN_ROOT = (sys.argv[1:] + [""] * 2)[:5]
 # The build folder, as palpate's folder.
 BUILD = PALPATE
 # From Linux's sys/prctl.h.
@@ -35,6 +35,21 @@ PR_SET_CHILD_SUBREAPER = 36
 def skip(why: str) -> None:
     print(f"SKIPPED: {why}")
     sys.exit(77)
+
+
+def fetched(what: str) -> Path:
+    """The folder with what this machine lacks of Slurm or Snakemake."""
+    root = subprocess.run([DEBIAN_ROOT, what], capture_output=True, text=True, check=False)
+    if root.returncode:
+        skip(root.stderr.strip().splitlines()[-1].removeprefix("SKIPPED: ") if root.stderr.strip() else f"{what} can not be fetched")
+    return Path(root.stdout.strip())
+
+
+def find_snakemake() -> None:
+    """Sets the environment of this process so that its children find Snakemake where it is not installed."""
+    root = fetched("snakemake")
+    for name, folder in (("PATH", "usr/bin"), ("PYTHONPATH", "usr/lib/python3/dist-packages"), ("LD_LIBRARY_PATH", "usr/lib/x86_64-linux-gnu")):
+        os.environ[name] = ":".join([str(root / folder), *filter(None, [os.environ.get(name)])])
 
 
 def check(holds: bool, what: str) -> None:
@@ -408,7 +423,8 @@ class Slurm:
         self.environment = dict(os.environ, SLURM_CONF=str(folder / "slurm.conf"),
                                 PATH=":".join(bins + [os.environ["PATH"], "/usr/sbin", "/sbin"]))
         if libraries.exists():
-            self.environment["LD_LIBRARY_PATH"] = f"{libraries}:{libraries / 'slurm-wlm'}"
+            self.environment["LD_LIBRARY_PATH"] = ":".join([str(libraries), str(libraries / "slurm-wlm"),
+                                                            *filter(None, [os.environ.get("LD_LIBRARY_PATH")])])
         plugins = libraries / "slurm-wlm"
         plugins = plugins if plugins.exists() else Path("/usr/lib/x86_64-linux-gnu/slurm-wlm")
         self.stepd = shutil.which("slurmstepd", path=self.environment["PATH"])
@@ -503,12 +519,10 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 
 @contextlib.contextmanager
 def running_slurm():
-    root = subprocess.run([SLURM_ROOT], capture_output=True, text=True, check=False)
-    if root.returncode:
-        skip(root.stderr.strip().splitlines()[-1].removeprefix("SKIPPED: ") if root.stderr.strip() else "Slurm can not be fetched")
+    root = fetched("slurm")
     # slurm.conf can not contain a path with blanks.
     with tempfile.TemporaryDirectory(prefix="slurm-") as folder:
-        slurm = Slurm(Path(folder).resolve(), Path(root.stdout.strip()))
+        slurm = Slurm(Path(folder).resolve(), root)
         try:
             why = slurm.start_all()
             if why:
@@ -644,7 +658,7 @@ def adopt_orphans() -> None:
 def main() -> None:
     adopt_orphans()
     if WHICH != "package" and not shutil.which("snakemake"):
-        skip("snakemake is not installed")
+        find_snakemake()
     if WHICH != "package" and not (Path(SHARED) / "lung" / "pair_fixed.mha").exists():
         skip(f"there is no lung pair in '{SHARED}'")
     for test in TESTS[WHICH]:

@@ -1,7 +1,13 @@
 #include "module/haptics/servo/servo_clock.h"
 
+#include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <ctime>
+#include <limits>
+#include <thread>
+
+#include "module/haptics/servo/monotonic.h"
 
 namespace palpate {
 
@@ -16,6 +22,29 @@ void MonotonicClock::sleep_until(int64_t time_ns) noexcept {
                        .tv_nsec = long(time_ns % 1'000'000'000)};
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
   }
+}
+
+ComputedClock::ComputedClock() : now_ns_(monotonic_ns()), limit_ns_(now_ns_.load()) {}
+
+void ComputedClock::sleep_until(int64_t time_ns) noexcept {
+  for (int64_t limit_ns = limit_ns_; limit_ns < time_ns; limit_ns = limit_ns_) {
+    now_ns_ = std::max(now_ns_.load(), limit_ns);
+    limit_ns_.wait(limit_ns);
+  }
+  now_ns_ = std::max(now_ns_.load(), time_ns);
+}
+
+void ComputedClock::let_pass(int64_t duration_ns) {
+  const int64_t until_ns = limit_ns_ + duration_ns, longest_ns = monotonic_ns() + duration_ns;
+  limit_ns_ = until_ns;
+  limit_ns_.notify_all();
+  while (now_ns_ < until_ns && monotonic_ns() < longest_ns)
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+}
+
+void ComputedClock::let_go() {
+  limit_ns_ = std::numeric_limits<int64_t>::max();
+  limit_ns_.notify_all();
 }
 
 }  // namespace palpate

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 
 namespace palpate {
@@ -19,6 +20,25 @@ class MonotonicClock : public ServoClock {
  public:
   int64_t now_ns() noexcept override;
   void sleep_until(int64_t time_ns) noexcept override;
+};
+
+/// A clock that another thread lets go on: a loop that sleeps on it runs as fast as it computes.
+/// For programs under test whose device is simulated. It starts at the monotonic clock's time.
+class ComputedClock : public ServoClock {
+ public:
+  ComputedClock();
+  int64_t now_ns() noexcept override { return now_ns_.load(); }
+  /// Waits until let_pass() has let the time come.
+  void sleep_until(int64_t time_ns) noexcept override;
+
+  /// Lets so much time pass, and waits until the loop has slept through it; at most as long as it
+  /// takes on a real clock, so that a slow loop does not hold the caller up. One thread.
+  void let_pass(int64_t duration_ns);
+  /// Lets all time pass: a loop that is to end needs some.
+  void let_go();
+
+ private:
+  std::atomic<int64_t> now_ns_, limit_ns_;
 };
 
 }  // namespace palpate

@@ -1,23 +1,39 @@
 #!/usr/bin/env bash
-# Makes a folder with what of Slurm and MUNGE this machine lacks, from its own Debian sources and without privileges: apt
-# downloads with folders of its own, dpkg-deb unpacks, nothing is installed and no service starts.
+# Makes a folder with what of Slurm and MUNGE, or of Snakemake, this machine lacks, from its own Debian sources and without
+# privileges: apt downloads with folders of its own, dpkg-deb unpacks, nothing is installed and no service starts.
 # Cached. Prints the folder; says why and exits with 77 where it can not be made.
-# usage: slurm_root.sh
-# environment: PALPATE_SLURM_ROOT (where to).
+# usage: debian_root.sh slurm|snakemake
+# environment: PALPATE_SLURM_ROOT, PALPATE_SNAKEMAKE_ROOT (where to).
 set -euo pipefail
 
 skip() {
   echo "SKIPPED: $*" >&2
   exit 77
 }
-root=${PALPATE_SLURM_ROOT:-${XDG_CACHE_HOME:-${HOME:-/tmp}/.cache}/palpate/slurm}
+root=${XDG_CACHE_HOME:-${HOME:-/tmp}/.cache}/palpate/$1
+# What to fetch, what the test starts, and packages without which that runs.
+case "$1" in
+  slurm)
+    root=${PALPATE_SLURM_ROOT:-$root}
+    wanted=(slurmctld slurmd slurm-client munge)
+    programs=(munged slurmctld slurmd sinfo sbatch)
+    without='^$'
+    ;;
+  snakemake)
+    root=${PALPATE_SNAKEMAKE_ROOT:-$root}
+    wanted=(snakemake)
+    programs=(snakemake)
+    # Clients of clouds, 640 of 660 MB: smart-open does without them.
+    without='^python3-(azure|azure-storage|uamqp|msrest|msrestazure|msal|msal-extensions|adal|boto3|botocore|s3transfer)='
+    ;;
+esac
 for tool in apt-get dpkg-deb flock; do
-  command -v "$tool" >/dev/null || skip "$tool is needed to fetch Slurm."
+  command -v "$tool" >/dev/null || skip "$tool is needed to fetch $1."
 done
-# What the test starts; a folder in which one is missing, and the machine has none either, is of no use.
+# A folder in which one of these is missing, and the machine has none either, is of no use.
 needed() {
   local program
-  for program in munged slurmctld slurmd sinfo sbatch; do
+  for program in "${programs[@]}"; do
     PATH=$root/usr/sbin:$root/usr/bin:$PATH:/usr/sbin:/sbin command -v "$program" >/dev/null || { echo "$program"; return; }
   done
 }
@@ -31,12 +47,12 @@ if [[ ! -e $root/complete || -n $(needed) ]]; then
   mkdir -p "$work"/{archives,tree}
   # What is installed is not fetched again. The packages are fetched one by one into this folder: "install --download-only"
   # leaves them where they are when the source is a folder.
-  apt-get -s -o Debug::NoLocking=true -o APT::Install-Recommends=false install slurmctld slurmd slurm-client munge >"$work/plan" 2>"$work/log" ||
-    skip "Slurm's packages are not to be had: $(grep -m1 '^E' "$work/log")"
-  mapfile -t packages < <(sed -nE 's/^Inst ([^ ]+) (\[[^]]*\] )?\(([^ ]+) .*/\1=\3/p' "$work/plan")
+  apt-get -s -o Debug::NoLocking=true -o APT::Install-Recommends=false install "${wanted[@]}" >"$work/plan" 2>"$work/log" ||
+    skip "The packages of $1 are not to be had: $(grep -m1 '^E' "$work/log")"
+  mapfile -t packages < <(sed -nE 's/^Inst ([^ ]+) (\[[^]]*\] )?\(([^ ]+) .*/\1=\3/p' "$work/plan" | grep -vE "$without")
   if ((${#packages[@]})); then
     (cd "$work/archives" && apt-get -q -o APT::Sandbox::User="$(id -un)" -o Acquire::Retries=2 -o Acquire::http::Timeout=15 \
-      download "${packages[@]}") >"$work/log" 2>&1 || skip "Slurm's packages can not be fetched: $(grep -m1 '^E' "$work/log")"
+      download "${packages[@]}") >"$work/log" 2>&1 || skip "The packages of $1 can not be fetched: $(grep -m1 '^E' "$work/log")"
   fi
   for package in "$work"/archives/*.deb; do
     [[ -e $package ]] || continue
