@@ -242,10 +242,6 @@ bool Window::lost() const {
   return display_is_lost();
 }
 
-void Window::set_title(const std::string& title) {
-  if (!display_is_lost()) glfwSetWindowTitle(window_, title.c_str());
-}
-
 PictureSize Window::size_px() const {
   PictureSize size;
   if (display_is_lost()) return size;

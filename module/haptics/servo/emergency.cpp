@@ -25,7 +25,6 @@ thread_local Seat* my_seat = nullptr;
 thread_local ServoLoop* my_loop = nullptr;
 
 std::atomic<bool> asked{false};
-std::atomic<int> first_signal{0};
 std::terminate_handler terminate_before = nullptr;
 
 constexpr std::array<int, 5> kCrashes = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
@@ -53,8 +52,6 @@ void ask_and_wait() noexcept {
 }
 
 void on_crash(int number, siginfo_t* info, void*) {
-  int none = 0;
-  first_signal.compare_exchange_strong(none, number);
   ask_and_wait();
   sigaction(number, &actions_before[size_t(number)], nullptr);
   // A fault of the processor happens again on return, now with the earlier action and with the
@@ -63,8 +60,6 @@ void on_crash(int number, siginfo_t* info, void*) {
 }
 
 void on_request(int number, siginfo_t*, void*) {
-  int none = 0;
-  first_signal.compare_exchange_strong(none, number);
   if (!asked.exchange(true)) return;  // the program ends in its own way
   // Asked a second time: it did not.
   ask_and_wait();
@@ -119,10 +114,6 @@ void install() {
 
 bool is_asked() noexcept {
   return asked.load(std::memory_order_relaxed);
-}
-
-int signal_number() noexcept {
-  return first_signal.load(std::memory_order_relaxed);
 }
 
 bool join(ServoLoop* loop) {

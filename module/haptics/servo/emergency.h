@@ -32,8 +32,6 @@ void install();
 
 /// True once anything of the above has asked for a stop. Stays true. Any thread, real-time safe.
 bool is_asked() noexcept;
-/// The signal that asked, 0 if none (or none yet). Any thread.
-int signal_number() noexcept;
 
 /// Called by a servo thread: that it begins (false: there are 8 loops already), whether it is at
 /// rest, and that it ends. rest() is real-time safe.
