@@ -47,15 +47,10 @@ Result<Frames> open_pair(const fs::path& fixed, const fs::path& moving,
   return frames;
 }
 
-Result<Frames> open_sequence(const std::vector<fs::path>& inputs, std::optional<float> nan_as) {
+Result<Frames> open_frames(const std::vector<fs::path>& inputs, std::optional<float> nan_as) {
   auto opened = SequenceReader::open(inputs, nan_as);
   if (!opened) return opened.error();
   auto reader = std::make_shared<SequenceReader>(std::move(*opened));
-  if (reader->frame_count() < 2) {
-    return bad_input(
-        inputs.front(),
-        "holds one frame only, but motion needs at least two: name a sequence, or two files");
-  }
   Frames frames;
   frames.name = reader->name();
   frames.grid = reader->grid();
@@ -64,6 +59,15 @@ Result<Frames> open_sequence(const std::vector<fs::path>& inputs, std::optional<
   frames.ordered_by = reader->ordered_by();
   frames.notes = reader->notes();
   frames.read = [reader](size_t k) { return reader->frame(k); };
+  return frames;
+}
+
+Result<Frames> open_sequence(const std::vector<fs::path>& inputs, std::optional<float> nan_as) {
+  auto frames = open_frames(inputs, nan_as);
+  if (frames && frames->count < 2)
+    return bad_input(
+        inputs.front(),
+        "holds one frame only, but motion needs at least two: name a sequence, or two files");
   return frames;
 }
 

@@ -14,8 +14,11 @@ namespace palpate::files {
 Result<Frames> open_pair(const std::filesystem::path& fixed, const std::filesystem::path& moving,
                          std::optional<float> nan_as = {});
 
-/// A file with several frames, a folder, or a list of files; kBadInput for a single frame. nan_as:
-/// as in read_volume().
+/// A file, a folder, or a list of files: also a single frame. nan_as: as in read_volume().
+Result<Frames> open_frames(const std::vector<std::filesystem::path>& inputs,
+                           std::optional<float> nan_as = {});
+
+/// The same; kBadInput for a single frame.
 Result<Frames> open_sequence(const std::vector<std::filesystem::path>& inputs,
                              std::optional<float> nan_as = {});
 

@@ -6,31 +6,14 @@
 #include <filesystem>
 
 #include "integration/files/read_volume.h"
-#include "tests/support/random.h"
+#include "tests/scene/ball_frames.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kRadius_mm = 18.0;
-
-template <class Value>
-Volume sampled(const Value& value, glm::dvec3 spacing_mm = glm::dvec3(1.0)) {
-  Volume volume;
-  volume.grid.size = glm::ivec3(glm::round(64.0 / spacing_mm));
-  volume.grid.spacing_mm = spacing_mm;
-  volume.grid.origin_mm = -0.5 * spacing_mm * glm::dvec3(volume.grid.size - 1);
-  const glm::ivec3 n = volume.grid.size;
-  for (int k = 0; k < n.z; ++k)
-    for (int j = 0; j < n.y; ++j)
-      for (int i = 0; i < n.x; ++i)
-        volume.values.push_back(float(value(volume.grid.lps_from_index({i, j, k}))));
-  return volume;
-}
-
-/// From 0 to 1 over some millimetres, as a border blurred by a scanner.
-double edge(double inside_mm) {
-  return 0.5 + 0.5 * std::erf(inside_mm / std::sqrt(2.0));
-}
+using test::edge;
+using test::spotted_ball;
+constexpr double kRadius_mm = test::kBallRadius_mm;
 
 double at(const Volume& distance_mm, glm::dvec3 x) {
   return sample(distance_mm, distance_mm.grid.index_from_lps(x));
@@ -48,18 +31,6 @@ double off_the_ball_mm(const Volume& distance_mm) {
     most = std::max(most, std::abs(out_mm - kRadius_mm));
   }
   return most;
-}
-
-/// A ball in spots of 4 mm, as speckle: its iso-surface is full of holes.
-Volume spotted_ball() {
-  test::Random random(3);
-  std::vector<double> spots(16 * 16 * 16);
-  for (double& spot : spots) spot = random.draw(-70.0, 70.0);
-  return sampled([&](glm::dvec3 x) {
-    const glm::ivec3 cell = glm::ivec3(x + 31.5) / 4;
-    return 100.0 + 100.0 * edge(kRadius_mm - glm::length(x)) +
-           spots[size_t(cell.x + 16 * (cell.y + 16 * cell.z))];
-  });
 }
 
 TEST(DerivedWall, RegionClosesWhatSpotsHaveOpened) {
@@ -80,7 +51,7 @@ TEST(DerivedWall, RegionClosesWhatSpotsHaveOpened) {
 
 TEST(DerivedWall, RegionIsSmoothedNoMoreThanItNeeds) {
   const Volume clean =
-      sampled([](glm::dvec3 x) { return 1000.0 * edge(kRadius_mm - glm::length(x)); });
+      test::frame_of([](glm::dvec3 x) { return 1000.0 * edge(kRadius_mm - glm::length(x)); });
   const auto wall = region_wall(clean);
   ASSERT_TRUE(wall);
   EXPECT_DOUBLE_EQ(wall->smooth_mm, wall_scale(clean.grid));  // of 1 mm
@@ -92,7 +63,7 @@ TEST(DerivedWall, RegionIsSmoothedNoMoreThanItNeeds) {
 }
 
 TEST(DerivedWall, RegionLeavesOutCrumbsAndFillsBubbles) {
-  const Volume frame = sampled([](glm::dvec3 x) {
+  const Volume frame = test::frame_of([](glm::dvec3 x) {
     const double ball = edge(kRadius_mm - glm::length(x));
     const double bubble = edge(4.0 - glm::length(x - glm::dvec3(5, 0, 0)));
     const double crumb = edge(2.5 - glm::length(x - glm::dvec3(0, 26, 0)));
@@ -107,7 +78,7 @@ TEST(DerivedWall, RegionLeavesOutCrumbsAndFillsBubbles) {
 TEST(DerivedWall, RegionHasNoWallAtTheEndsOfTheData) {
   // Brighter from x = 4 mm to the end of the data, in slices of 4 mm.
   const Volume frame =
-      sampled([](glm::dvec3 x) { return 1000.0 * edge(x.x - 4.0); }, {1.0, 1.0, 4.0});
+      test::frame_of([](glm::dvec3 x) { return 1000.0 * edge(x.x - 4.0); }, {1.0, 1.0, 4.0});
   const auto wall = region_wall(frame);
   ASSERT_TRUE(wall);
   const Volume& d = wall->distance_mm;
@@ -123,7 +94,7 @@ TEST(DerivedWall, RegionHasNoWallAtTheEndsOfTheData) {
 TEST(DerivedWall, RidgesFindABorderThatNoValueTells) {
   // The bias of the scanner makes the left side twice as bright as the right: the outside there is
   // brighter than the inside here.
-  const Volume frame = sampled([](glm::dvec3 x) {
+  const Volume frame = test::frame_of([](glm::dvec3 x) {
     return (100.0 + 60.0 * edge(kRadius_mm - glm::length(x))) * (1.0 - 0.015 * x.x);
   });
   const auto by_value = region_wall(frame, {}, 1.0);
@@ -163,10 +134,11 @@ TEST(DerivedWall, OfSmallDataIsThatOfLargeOnes) {
 }
 
 TEST(DerivedWall, NothingIsMadeOfNothing) {
-  const Volume flat = sampled([](glm::dvec3) { return 7.0; });
+  const Volume flat = test::frame_of([](glm::dvec3) { return 7.0; });
   EXPECT_FALSE(region_wall(flat));
   EXPECT_FALSE(ridge_wall(flat));
-  const Volume crumb = sampled([](glm::dvec3 x) { return 1000.0 * edge(2.0 - glm::length(x)); });
+  const Volume crumb =
+      test::frame_of([](glm::dvec3 x) { return 1000.0 * edge(2.0 - glm::length(x)); });
   EXPECT_FALSE(region_wall(crumb));
   EXPECT_FALSE(region_wall(crumb, 5000.0));
 }
