@@ -1,5 +1,6 @@
-// README is correct: every command in a code block of it is listed here and run, or has a reason
-// why not. The output that it shows is what the program prints, up to the numbers.
+// README and the pages for users are correct: every command in a code block of them is listed here
+// and run, or has a reason why not. The output that they show is what the program prints, up to the
+// numbers.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,19 +36,46 @@ struct Way {
   std::string reason;
 };
 
-const fs::path kReadme = fs::path(PALPATE_SOURCE) / "README.md";
+/// In the order in which a newcomer reads them: later pages use what the commands of earlier ones
+/// made.
+constexpr const char* kPages[] = {"README.md",
+                                  "docs/using/feel.md",
+                                  "docs/using/look.md",
+                                  "docs/using/headset.md",
+                                  "docs/using/motion.md",
+                                  "docs/using/cohort.md",
+                                  "docs/using/check.md",
+                                  "docs/using/library.md",
+                                  "docs/using/hosts.md",
+                                  "docs/using/measure.md",
+                                  "docs/using/install.md"};
+
+/// All pages, one after the other.
+std::string all_pages() {
+  std::string text;
+  for (const char* const page : kPages) text += files::read_bytes(fs::path(PALPATE_SOURCE) / page);
+  return text;
+}
+
 constexpr const char* kInstalls = "installs: fresh_root.sh, manual_test and the tests of packages";
 constexpr const char* kOfPackages = "needs the packages: examples_test, fresh_root.sh";
 
-// In README's order: most commands use the output of earlier ones.
+// In the order of the pages: most commands use the output of earlier ones.
 const std::vector<std::pair<std::string, Way>> kWays = {
     {"./run", {"", "installs packages and builds"}},
     {"./run tests", {"", "is what runs this test"}},
-    {"cmake --install build --prefix ~/.local --component palpate_program", {"", kInstalls}},
-    {"cmake -DBUILD=build -P cmake/uninstall.cmake", {"", kInstalls}},
     {"build/palpate phantom heart --size 64 -o heart.seq.nrrd --frame-files frames --dicom series "
      "--truth truth",
      {}},
+    {"build/palpate info heart.seq.nrrd", {}},
+    {"build/palpate feel heart --device simulated --picture heart.png",
+     {"--watchdog 1000 --seconds 3", ""}},
+    {"build/palpate motion heart.seq.nrrd -o found --cyclic", {}},
+    {"build/palpate check found --sequence heart.seq.nrrd", {}},
+    {"build/palpate view heart.seq.nrrd --fields found --picture moved.png", {}},
+    {"build/palpate feel heart --headset openxr --device simulated",
+     {"", "needs Monado: monado_test"}},
+    // Feeling, looking, the headset.
     {"build/palpate feel heart --device simulated --picture heart.png",
      {"--watchdog 1000 --seconds 3", ""}},
     {"build/palpate plan heart", {}},
@@ -68,6 +96,7 @@ const std::vector<std::pair<std::string, Way>> kWays = {
     {"build/palpate feel heart --overlay 0", {"", "needs Monado and another program: monado_test"}},
     {"build/palpate calibrate -o room.json --device simulated --tip 0,0,-60",
      {"", "needs a person in a headset: calibrate_test plays one"}},
+    // Motion, cohorts, checking.
     {"build/palpate motion heart.seq.nrrd -o fields --cyclic --pictures", {}},
     {"build/palpate motion frames/frame_0.mha frames/frame_1.mha -o u.mha --preset best", {}},
     {"printf 'name,sequence,cyclic\\nheart,heart.seq.nrrd,yes\\n"
@@ -78,6 +107,8 @@ const std::vector<std::pair<std::string, Way>> kWays = {
     {"build/palpate check fields/motion_1_to_2.mha --truth truth/truth_1_to_2.mha --mask "
      "truth/wall_1.mha",
      {}},
+    {"build/palpate info heart.seq.nrrd", {}},
+    // Other programs.
     {"cmake --install build --component palpate_library && cmake --install build --component "
      "palpate_development",
      {"", kInstalls}},
@@ -87,10 +118,6 @@ const std::vector<std::pair<std::string, Way>> kWays = {
     {"cmake -S /usr/share/doc/libpalpate-dev/examples -B examples && cmake --build examples",
      {"", kOfPackages}},
     {"examples/host_loop frames/frame_*.mha --seconds 30", {"", kOfPackages}},
-    {"examples/itk_demons frames/frame_0.mha frames/frame_1.mha truth/truth_0_to_1.mha "
-     "truth/wall_0.mha --field field.mha",
-     {"", kOfPackages}},
-    {"examples/vtk_volume --cycle 0.6 moved.vti frames/frame_*.mha", {"", kOfPackages}},
     {"PYTHONPATH=build/python python3 docs/examples/cine.py frames/frame_*.mha "
      "--frames-per-second 8 --save motion.nrrd",
      {"", "needs numpy: examples_test"}},
@@ -100,11 +127,19 @@ const std::vector<std::pair<std::string, Way>> kWays = {
     {"build/palpate feel docs/examples/my_mode.json --modes ./libmy_mode.so --device simulated "
      "--headless pictures --seconds 4",
      {"", kOfPackages}},
+    {"examples/itk_demons frames/frame_0.mha frames/frame_1.mha truth/truth_0_to_1.mha "
+     "truth/wall_0.mha --field field.mha",
+     {"", kOfPackages}},
+    {"examples/vtk_volume --cycle 0.6 moved.vti frames/frame_*.mha", {"", kOfPackages}},
+    // Measuring, installing.
     {"./run chart", {"", "takes 18 minutes: chart_test runs short ones"}},
     {"build/palpate motion frames/frame_0.mha frames/frame_1.mha -o u.mha --within 2s",
      {"", "needs a chart of this machine: chart_test"}},
     {"build/palpate-lab maps loop --quick --out maps.html", {"", "takes minutes: chart_test"}},
-    {"build/palpate info heart.seq.nrrd", {}},
+    {"./run", {"", "installs packages and builds"}},
+    {"./run tests", {"", "is what runs this test"}},
+    {"cmake --install build --prefix ~/.local --component palpate_program", {"", kInstalls}},
+    {"cmake -DBUILD=build -P cmake/uninstall.cmake", {"", kInstalls}},
 };
 
 std::string trimmed(std::string text) {
@@ -117,7 +152,7 @@ std::string trimmed(std::string text) {
 /// does.
 std::vector<Shown> shown_commands() {
   std::vector<Shown> found;
-  std::istringstream lines(files::read_bytes(kReadme));
+  std::istringstream lines(all_pages());
   std::string line;
   bool inside = false, plain = false, goes_on = false, prompts = false, has_command = false;
   while (std::getline(lines, line)) {
@@ -178,7 +213,7 @@ void expect_printed(const Shown& shown, const Outcome& outcome) {
     size_t found = at;
     while (found < printed.size() && printed[found] != wanted) ++found;
     EXPECT_LT(found, printed.size())
-        << "README shows for '" << shown.command << "':\n  " << line << "\nprinted was:\n"
+        << "The pages show for '" << shown.command << "':\n  " << line << "\nprinted was:\n"
         << outcome.out << outcome.err;
     if (found < printed.size()) at = found + 1;
   }
@@ -238,7 +273,7 @@ TEST(Readme, ItsCommandsWorkInAnEmptyFolderAndPrintWhatItShows) {
 
 /// Commands within sentences: `palpate feel ... --option`. They must exist and have these options.
 TEST(Readme, CommandsInItsSentencesExistWithTheirOptions) {
-  const std::string text = files::read_bytes(kReadme);
+  const std::string text = all_pages();
   const std::regex span("`(build/)?palpate ([a-z]+)([^`]*)`");
   const std::regex option("(--[a-z][a-z-]*)");
   std::map<std::string, std::string> helps;

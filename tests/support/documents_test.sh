@@ -13,6 +13,36 @@ for page in CONTRIBUTING.md docs/architecture.md docs/force-limits.md; do
     [[ -e $(dirname $page)/$path ]] || { echo "$page links to $path, which is not there."; failed=1; }
   done < <(grep -oE '\]\([^)h][^)]*\)' $page | sed 's/^](//; s/)$//' | sort -u)
 done
+# Every link of the pages for readers leads to a file, and to a heading where it names one.
+python3 - <<'PYTHON' || failed=1
+import re, sys
+from pathlib import Path
+
+def anchors(page):
+    found = set()
+    inside = False
+    for line in page.read_text().splitlines():
+        inside ^= line.startswith("```")
+        if not inside and line.startswith("#"):
+            title = re.sub(r"[`*]|\]\([^)]*\)|\[", "", line.lstrip("#").strip()).lower()
+            found.add(re.sub(r"[^\w\- ]", "", title).replace(" ", "-"))
+    return found
+
+wrong = []
+for page in [Path("README.md"), Path("CONTRIBUTING.md"), Path("CHANGELOG.md"), *sorted(Path("docs").rglob("*.md"))]:
+    text = re.sub(r"```.*?```", "", page.read_text(), flags=re.S)
+    for to in re.findall(r"\]\(([^)\s]+)\)", text):
+        if re.match(r"[a-z]+:", to):
+            continue
+        path, _, heading = to.partition("#")
+        target = (page.parent / path) if path else page
+        if not target.exists():
+            wrong.append(f"{page} links to {to}, which is not there.")
+        elif heading and target.suffix == ".md" and heading not in anchors(target):
+            wrong.append(f"{page} links to {to}: there is no such heading.")
+print("\n".join(wrong), end="\n" if wrong else "")
+sys.exit(bool(wrong))
+PYTHON
 # `Class::function`, `Suite.Test`, `Suite.*`, `Test...`, `file.cpp`: the part without class and suite.
 while read -r name; do
   grep -rqF --include='*.h' --include='*.cpp' -- "$name" module integration/devices tests || [[ -n $(find module tests -name "$name") ]] ||
