@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "integration/app/advice.h"
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_report.h"
@@ -247,8 +248,8 @@ class FeelRun {
     if (!opened_.controller && calibration_ &&
         scene.spec.world_from_device.scale != glm::dvec3(1.0)) {
       scene.spec.world_from_device.scale = glm::dvec3(1.0);
-      scene.notes.push_back(
-          "The hand's movements are not enlarged: the picture stands where the device is.");
+      scene.notes.push_back(text_note(
+          "The hand's movements are not enlarged: the picture stands where the device is."));
     }
   }
 
@@ -260,9 +261,9 @@ class FeelRun {
     if (command_.estimate) forget_motion(scene);
     // A recording contains the inputs of the loop, but no scene that is exchanged during the run.
     if (!command_.record.empty() && !scene.missing.empty())
-      scene.notes.push_back(
+      scene.notes.push_back(text_note(
           "No motion is estimated while recording: find it first with 'palpate motion', and name "
-          "its folder with --fields.");
+          "its folder with --fields."));
     if (command_.no_motion || !command_.record.empty()) scene.missing.clear();
   }
 
@@ -442,7 +443,7 @@ class FeelRun {
     else if (fault == DeviceFault::kNotOpened)
       console_.say("Second    no SpaceMouse is plugged in: the volume stays until one is");
     else
-      console_.say(fmt::format("Second    {}", sentence(fault)));
+      console_.say(fmt::format("Second    {}", advised(fault)));
   }
 
   /// Prints the session's events; called on a thread of the session.

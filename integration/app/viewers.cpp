@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 
+#include "integration/app/advice.h"
 #include "integration/app/progress.h"
 
 namespace palpate::app {
@@ -16,7 +17,10 @@ bool has_display() {
 }
 
 Result<std::unique_ptr<desktop::DesktopLoop>> open_window(const ViewerChoice& choice) {
-  return desktop::DesktopLoop::open(choice.scene_name, {.device = choice.gpu.device}, choice.view);
+  auto window =
+      desktop::DesktopLoop::open(choice.scene_name, {.device = choice.gpu.device}, choice.view);
+  if (!window) return advised_window(window.error());
+  return window;
 }
 
 Result<Viewers> in_headset(const ViewerChoice& choice, Viewers viewers,

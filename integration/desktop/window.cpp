@@ -25,8 +25,7 @@ std::string glfw_reason() {
 
 Error no_window(const std::string& reason) {
   return {ErrorKind::kNoDevice,
-          fmt::format("No window could be opened ({}): start palpate within a desktop session, or "
-                      "let it write pictures instead with --headless.",
+          fmt::format("No window could be opened ({}): start palpate within a desktop session",
                       reason)};
 }
 
@@ -241,10 +240,6 @@ bool Window::closed() const {
 
 bool Window::lost() const {
   return display_is_lost();
-}
-
-void Window::set_title(const std::string& title) {
-  if (!display_is_lost()) glfwSetWindowTitle(window_, title.c_str());
 }
 
 PictureSize Window::size_px() const {

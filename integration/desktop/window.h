@@ -76,7 +76,6 @@ class Window {
   bool closed() const;
   /// The display has gone away. All other calls do nothing then; poll() and size_px() give zeros.
   bool lost() const;
-  void set_title(const std::string& title);
 
   /// Its size now; 0 x 0 while it is minimised.
   PictureSize size_px() const;

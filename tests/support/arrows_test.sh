@@ -50,4 +50,12 @@ only 'integration/files/scene' 'integration/files/scene/|integration/(x3d|loadin
 only 'module/haptics' 'module/haptics/|module/session/|integration/|tests/' compute module integration tests
 only 'module/' 'module/|integration/|tests/' compute module integration tests
 only 'tests/' 'tests/' compute module integration
+
+# Libraries speak to every host: the names of command-line options stand in the program only.
+flags=$(grep -rnE '"([^"\\]|\\.)*--[a-z]' --include='*.h' --include='*.cpp' compute module integration | grep -v '^integration/app/' || true)
+if [[ -n $flags ]]; then
+  echo "Only integration/app may name an option of the program, but these texts do too:"
+  echo "$flags"
+  failed=1
+fi
 exit $failed
