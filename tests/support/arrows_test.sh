@@ -58,4 +58,12 @@ if [[ -n $flags ]]; then
   echo "$flags"
   failed=1
 fi
+
+# A device's failure is an exception inside compute/ and an error outside: vulkan::tried() is the border.
+failures=$(grep -rnwE 'Failure' --include='*.h' --include='*.cpp' module integration || true)
+if [[ -n $failures ]]; then
+  echo "Only compute/ may name vulkan::Failure, but these files do too:"
+  echo "$failures"
+  failed=1
+fi
 exit $failed
