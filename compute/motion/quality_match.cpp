@@ -464,29 +464,4 @@ Result<Match> match(const Volume& fixed, const Volume& moving, const Field& u, c
   return result;
 }
 
-Mask textured_voxels(const Volume& volume) {
-  const Grid& grid = volume.grid;
-  const glm::ivec3 block = block_size(grid);
-  const double noise = noise_sd(volume);
-  Mask mask{grid, std::vector<uint8_t>(grid.count())};
-  const auto for_block = [&](glm::ivec3 low, const auto& visit) {
-    const glm::ivec3 high = glm::min(low + block, grid.size);
-    for (int k = low.z; k < high.z; ++k)
-      for (int j = low.y; j < high.y; ++j)
-        for (int i = low.x; i < high.x; ++i) visit(grid.offset(i, j, k));
-  };
-  for (int k = 0; k < grid.size.z; k += block.z) {
-    for (int j = 0; j < grid.size.y; j += block.y) {
-      for (int i = 0; i < grid.size.x; i += block.x) {
-        Moments moments;
-        moments.about_f = double(volume.at(i, j, k));
-        for_block({i, j, k}, [&](size_t n) { moments.add(double(volume.values[n]), 0.0); });
-        if (!textured(moments.variance_f(), noise, moments.about_f)) continue;
-        for_block({i, j, k}, [&](size_t n) { mask.values[n] = 1; });
-      }
-    }
-  }
-  return mask;
-}
-
 }  // namespace palpate

@@ -66,7 +66,4 @@ struct Match {
 Result<Match> match(const Volume& fixed, const Volume& moving, const Field& u,
                     const Mask* mask = nullptr, Mask* structure = nullptr);
 
-/// The voxels of the textured blocks of a volume: where motion can be detected at all.
-Mask textured_voxels(const Volume& volume);
-
 }  // namespace palpate

@@ -110,10 +110,6 @@ double linear_from_srgb(double encoded) {
   return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
-double srgb_from_linear(double linear) {
-  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
-}
-
 Status check(const Look& look) {
   const auto share = [](double v, double most) { return v >= 0.0 && v <= most; };
   for (size_t k = 0; k < look.points.size(); ++k) {

@@ -74,8 +74,7 @@ std::vector<std::string> preset_names();
 /// taken for MR and its window set to the range.
 Look fitting_look(std::string_view volume_name, double lowest, double highest);
 
-/// sRGB to linear light and back, 0 to 1.
+/// sRGB to linear light, 0 to 1.
 double linear_from_srgb(double encoded);
-double srgb_from_linear(double linear);
 
 }  // namespace palpate

@@ -252,20 +252,5 @@ TEST(Match, RefusesAMaskThatIsEmptyOrElsewhere) {
   EXPECT_FALSE(match(pair.fixed, pair.moving, pair.truth, &other));
 }
 
-TEST(TexturedVoxels, AreTheBodyAndNotTheAir) {
-  const Volume body = volume_of(grid_at_origin(42),
-                                [](glm::dvec3 p) { return p.x < 21.0 ? tissue_at(3, p) : 0.0; });
-  const Mask mask = textured_voxels(with_noise(body, 8.0, 9));
-  size_t left = 0;
-  size_t right = 0;
-  for (int k = 0; k < 42; ++k)
-    for (int j = 0; j < 42; ++j)
-      for (int i = 0; i < 42; ++i) {
-        (i < 21 ? left : right) += mask.values[mask.grid.offset(i, j, k)] != 0;
-      }
-  EXPECT_GT(left, size_t(0.9 * 21 * 42 * 42));
-  EXPECT_EQ(right, 0u);
-}
-
 }  // namespace
 }  // namespace palpate

@@ -87,6 +87,11 @@ class SlowRay {
   glm::dvec3 light_;
 };
 
+/// IEC 61966-2-1.
+double srgb_from_linear(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+}
+
 uint32_t packed(glm::dvec3 linear, double covered) {
   uint32_t bits = uint32_t(std::lround(255.0 * covered)) << 24;
   for (int c = 0; c < 3; ++c)
