@@ -14,6 +14,7 @@
 #include <sstream>
 #include <thread>
 
+#include "integration/app/advice.h"
 #include "integration/app/calibrate/tip_log.h"
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
@@ -195,7 +196,7 @@ class Calibrating {
   /// The live line about both tips while the user moves to a point.
   void live() {
     if (tips_.empty()) {
-      console_.live(fmt::format("the device: {}", sentence(log_.fault())), sentence(log_.fault()));
+      console_.live(fmt::format("the device: {}", advised(log_.fault())), advised(log_.fault()));
       return;
     }
     const glm::dvec3 tip = 1e3 * tips_.back().device_m;
