@@ -52,7 +52,7 @@ Result<Viewers> open_viewers(const ViewerChoice& choice) {
   }
   if (choice.headset == "none") {
     auto window = open_window(choice);
-    if (!window) return advised_window(window.error());
+    if (!window) return window.error();
     viewers.window = std::move(*window);
     viewers.why = "in a window, as asked.";
     return viewers;
