@@ -67,11 +67,11 @@ class HandWatch final : public xr::PictureSource {
  public:
   Status use(const std::shared_ptr<vulkan::Context>&) override { return Nothing{}; }
   void drop() noexcept override {}
-  xr::Drawn record(const xr::HeadsetFrame& frame, VkCommandBuffer) override {
+  Result<xr::Drawn> record(const xr::HeadsetFrame& frame, VkCommandBuffer) override {
     hands = *frame.hands;
     time_s = 1e-9 * double(frame.display_time_ns);
     ++frames;
-    return {};
+    return xr::Drawn{};
   }
   xr::Hands hands;
   double time_s = 0.0;
