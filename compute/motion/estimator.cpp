@@ -11,6 +11,7 @@
 #include "compute/motion/classic.h"
 #include "compute/motion/solver.h"
 #include "compute/vulkan/caught.h"
+#include "compute/vulkan/tried.h"
 
 namespace palpate {
 namespace {
@@ -404,11 +405,8 @@ Result<std::unique_ptr<SequenceEstimator>> SequenceEstimator::open(
                      megabytes(budget) +
                      ": crop or mask the volume, or choose another Vulkan device."};
   }
-  try {
-    worker->start();
-  } catch (const vulkan::Failure& failure) {
-    return failure.error();
-  }
+  if (const Status started = vulkan::tried([&] { worker->start(); }); !started)
+    return started.error();
   return std::unique_ptr<SequenceEstimator>(std::move(worker));
 }
 

@@ -60,24 +60,14 @@ MotionKernels::MotionKernels(std::shared_ptr<vulkan::Context> context, Texels te
       nearest_(context_, VK_FILTER_NEAREST),
       linear_(context_, VK_FILTER_LINEAR) {}
 
-/// `bindings` gives the kinds in order: b buffer, s sampled image, i storage image, r image whose
-/// single texels are read (shaders/include/read.glsl).
-const vulkan::Kernel& MotionKernels::get(const Code& code, const char* bindings,
-                                         uint32_t push_bytes,
+const vulkan::Kernel& MotionKernels::get(const Code& code, uint32_t push_bytes,
                                          std::vector<uint32_t> specialisation) {
-  const bool loads = loads_ && !code.loads.empty();
-  const std::span<const uint32_t> spirv = loads ? code.loads : code.fetches;
+  const std::span<const uint32_t> spirv = loads_ && !code.loads.empty() ? code.loads : code.fetches;
   const std::lock_guard lock(mutex_);
   vulkan::Kernel& kernel = kernels_[{spirv.data(), specialisation}];
   if (!kernel.pipeline()) {
     vulkan::KernelOptions options;
     options.spirv = spirv;
-    for (const char* kind = bindings; *kind; ++kind) {
-      const bool sampled = *kind == 's' || (*kind == 'r' && !loads);
-      options.bindings.push_back(*kind == 'b' ? vulkan::BindingKind::kBuffer
-                                 : sampled    ? vulkan::BindingKind::kSampledImage
-                                              : vulkan::BindingKind::kStorageImage);
-    }
     options.push_bytes = push_bytes;
     options.specialisation = std::move(specialisation);
     kernel = vulkan::Kernel(context_, options);
@@ -88,98 +78,95 @@ const vulkan::Kernel& MotionKernels::get(const Code& code, const char* bindings,
 using namespace shaders;
 
 const vulkan::Kernel& MotionKernels::downsample() {
-  return get(k_motion_downsample, "si", sizeof(DownsamplePush));
+  return get(k_motion_downsample, sizeof(DownsamplePush));
 }
 const vulkan::Kernel& MotionKernels::moments() {
-  return get({k_motion_moments, k_motion_moments_loads}, "ri", sizeof(MomentsPush));
+  return get({k_motion_moments, k_motion_moments_loads}, sizeof(MomentsPush));
 }
 const vulkan::Kernel& MotionKernels::gauss(int radius, VkFormat format) {
   Code code{k_motion_gauss, k_motion_gauss_loads};
   if (format != VK_FORMAT_R16G16B16A16_SFLOAT) code.loads = {};
-  return get(code, "bri", sizeof(GaussPush), {uint32_t(radius)});
+  return get(code, sizeof(GaussPush), {uint32_t(radius)});
 }
 const vulkan::Kernel& MotionKernels::normalise() {
-  return get({k_motion_normalise, k_motion_normalise_loads}, "rsi", sizeof(NormalisePush));
+  return get({k_motion_normalise, k_motion_normalise_loads}, sizeof(NormalisePush));
 }
 const vulkan::Kernel& MotionKernels::pack(bool masked) {
-  return get({k_motion_pack, k_motion_pack_loads}, "rri", sizeof(PackPush), {masked ? 1U : 0U});
+  return get({k_motion_pack, k_motion_pack_loads}, sizeof(PackPush), {masked ? 1U : 0U});
 }
 const vulkan::Kernel& MotionKernels::normal_equations(glm::ivec3 cell) {
-  return get({k_motion_normal_equations, k_motion_normal_equations_loads}, "brsriiirrr",
+  return get({k_motion_normal_equations, k_motion_normal_equations_loads},
              sizeof(NormalEquationsPush), {uint32_t(cell.x), uint32_t(cell.y), uint32_t(cell.z)});
 }
 const vulkan::Kernel& MotionKernels::update() {
-  return get({k_motion_update, k_motion_update_loads}, "brrrsi", sizeof(UpdatePush));
+  return get({k_motion_update, k_motion_update_loads}, sizeof(UpdatePush));
 }
 const vulkan::Kernel& MotionKernels::update_two() {
-  return get({k_motion_update_two, k_motion_update_two_loads}, "brrrrrrsrir",
-             sizeof(UpdateTwoPush));
+  return get({k_motion_update_two, k_motion_update_two_loads}, sizeof(UpdateTwoPush));
 }
 const vulkan::Kernel& MotionKernels::tv_primal(bool last) {
-  return get({k_motion_tv_primal, k_motion_tv_primal_loads}, "brrrrrii", sizeof(TotalVariationPush),
+  return get({k_motion_tv_primal, k_motion_tv_primal_loads}, sizeof(TotalVariationPush),
              {last ? 1U : 0U});
 }
 const vulkan::Kernel& MotionKernels::tv_dual() {
-  return get({k_motion_tv_dual, k_motion_tv_dual_loads}, "brrrriii", sizeof(TotalVariationPush));
+  return get({k_motion_tv_dual, k_motion_tv_dual_loads}, sizeof(TotalVariationPush));
 }
 const vulkan::Kernel& MotionKernels::upsample() {
-  return get(k_motion_upsample, "sii", sizeof(UpsamplePush));
+  return get(k_motion_upsample, sizeof(UpsamplePush));
 }
 const vulkan::Kernel& MotionKernels::upsample_cubic() {
-  return get({k_motion_upsample_cubic, k_motion_upsample_cubic_loads}, "rii", sizeof(UpsamplePush));
+  return get({k_motion_upsample_cubic, k_motion_upsample_cubic_loads}, sizeof(UpsamplePush));
 }
 const vulkan::Kernel& MotionKernels::measure() {
-  return get({k_motion_measure, k_motion_measure_loads}, "brrirb", sizeof(MeasurePush));
+  return get({k_motion_measure, k_motion_measure_loads}, sizeof(MeasurePush));
 }
 const vulkan::Kernel& MotionKernels::folds() {
-  return get({k_motion_folds, k_motion_folds_loads}, "bsibr", sizeof(FoldsPush));
+  return get({k_motion_folds, k_motion_folds_loads}, sizeof(FoldsPush));
 }
 const vulkan::Kernel& MotionKernels::blend() {
-  return get(k_motion_blend, "bssi", sizeof(BlendPush));
+  return get(k_motion_blend, sizeof(BlendPush));
 }
 
 const vulkan::Kernel& MotionKernels::confidence() {
-  return get(k_motion_confidence, "bsssssi", sizeof(ConfidencePush));
+  return get(k_motion_confidence, sizeof(ConfidencePush));
 }
 const vulkan::Kernel& MotionKernels::matching_cost() {
-  return get({k_motion_matching_cost, k_motion_matching_cost_loads}, "brrsb", sizeof(MatchingPush));
+  return get({k_motion_matching_cost, k_motion_matching_cost_loads}, sizeof(MatchingPush));
 }
 const vulkan::Kernel& MotionKernels::smooth_cost() {
-  return get(k_motion_smooth_cost, "bbbb", sizeof(SmoothCostPush));
+  return get(k_motion_smooth_cost, sizeof(SmoothCostPush));
 }
 const vulkan::Kernel& MotionKernels::coupled_choice() {
-  return get(k_motion_coupled_choice, "bbssi", sizeof(CoupledChoicePush));
+  return get(k_motion_coupled_choice, sizeof(CoupledChoicePush));
 }
 const vulkan::Kernel& MotionKernels::choose() {
-  return get(k_motion_choose, "bssssii", sizeof(ChoosePush));
+  return get(k_motion_choose, sizeof(ChoosePush));
 }
 const vulkan::Kernel& MotionKernels::sliding_moments() {
-  return get({k_motion_sliding_moments, k_motion_sliding_moments_loads}, "brssri",
+  return get({k_motion_sliding_moments, k_motion_sliding_moments_loads},
              sizeof(SlidingMomentsPush));
 }
 const vulkan::Kernel& MotionKernels::sliding_cost(bool own) {
-  return get({k_motion_sliding_cost, k_motion_sliding_cost_loads}, "brsrsri",
-             sizeof(SlidingCostPush), {own ? 1U : 0U});
+  return get({k_motion_sliding_cost, k_motion_sliding_cost_loads}, sizeof(SlidingCostPush),
+             {own ? 1U : 0U});
 }
 const vulkan::Kernel& MotionKernels::sliding_find() {
-  return get({k_motion_sliding_find, k_motion_sliding_find_loads}, "brb", sizeof(SlidingFindPush));
+  return get({k_motion_sliding_find, k_motion_sliding_find_loads}, sizeof(SlidingFindPush));
 }
 const vulkan::Kernel& MotionKernels::sliding_work() {
-  return get({k_motion_sliding_work, k_motion_sliding_work_loads}, "brrib",
-             sizeof(SlidingWorkPush));
+  return get({k_motion_sliding_work, k_motion_sliding_work_loads}, sizeof(SlidingWorkPush));
 }
 const vulkan::Kernel& MotionKernels::sliding_choose() {
-  return get({k_motion_sliding_choose, k_motion_sliding_choose_loads}, "brrir",
-             sizeof(SlidingChoosePush));
+  return get({k_motion_sliding_choose, k_motion_sliding_choose_loads}, sizeof(SlidingChoosePush));
 }
 const vulkan::Kernel& MotionKernels::sliding_take() {
-  return get({k_motion_sliding_take, k_motion_sliding_take_loads}, "brri", sizeof(SlidingTakePush));
+  return get({k_motion_sliding_take, k_motion_sliding_take_loads}, sizeof(SlidingTakePush));
 }
 const vulkan::Kernel& MotionKernels::blend_along() {
-  return get({k_motion_blend_along, k_motion_blend_along_loads}, "bssir", sizeof(BlendAlongPush));
+  return get({k_motion_blend_along, k_motion_blend_along_loads}, sizeof(BlendAlongPush));
 }
 const vulkan::Kernel& MotionKernels::classic_force() {
-  return get({k_motion_classic_force, k_motion_classic_force_loads}, "brsri", sizeof(ClassicPush));
+  return get({k_motion_classic_force, k_motion_classic_force_loads}, sizeof(ClassicPush));
 }
 
 }  // namespace palpate

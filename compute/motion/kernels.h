@@ -64,7 +64,7 @@ class MotionKernels {
         : fetches(fetching), loads(loading) {}
     std::span<const uint32_t> fetches, loads;
   };
-  const vulkan::Kernel& get(const Code& code, const char* bindings, uint32_t push_bytes,
+  const vulkan::Kernel& get(const Code& code, uint32_t push_bytes,
                             std::vector<uint32_t> specialisation = {});
 
   std::shared_ptr<vulkan::Context> context_;

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "compute/volume/result.h"
-#include "compute/vulkan/context.h"
+#include "compute/vulkan/tried.h"
 
 namespace palpate {
 
@@ -15,9 +15,7 @@ namespace palpate {
 template <class Work>
 auto caught(const Work& work) -> decltype(work()) {
   try {
-    return work();
-  } catch (const vulkan::Failure& failure) {
-    return failure.error();
+    return vulkan::tried(work);
   } catch (const std::bad_alloc&) {
     return Error{ErrorKind::kOutOfMemory,
                  "The host ran out of memory: crop the volume or close other programs."};

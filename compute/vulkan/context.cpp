@@ -431,7 +431,9 @@ void Context::submit(VkCommandBuffer commands, VkFence fence) {
   submit.commandBufferCount = 1;
   submit.pCommandBuffers = &commands;
   const std::lock_guard lock(queue_mutex_);
-  if (lock_queue_) lock_queue_();
+  if (lock_queue_)
+    if (const Status locked = lock_queue_(); !locked)
+      throw Failure(VK_ERROR_UNKNOWN, locked.error().message);
   const VkResult submitted = vkQueueSubmit(queue_, 1, &submit, fence);
   if (unlock_queue_) unlock_queue_();
   check(submitted, "submitting work");

@@ -15,8 +15,8 @@
 
 namespace palpate::vulkan {
 
-/// Thrown inside the compute library when a Vulkan call fails; the public functions of
-/// compute/motion turn it into a Result. Never crosses a public border.
+/// Thrown where a Vulkan call fails. It ends in tried(), which the public functions of every
+/// library use that records or submits: nothing outside compute/ catches or names it.
 class Failure : public std::runtime_error {
  public:
   Failure(VkResult result, const std::string& doing);
@@ -75,8 +75,10 @@ struct SharedDevice {
   uint32_t queue_family = 0;  ///< with compute
   VkQueue queue = VK_NULL_HANDLE;
   /// Called before and after every use of the queue, on any thread. Set both, or neither if only
-  /// this context uses the queue. lock_queue may throw Failure: then nothing is submitted.
-  std::function<void()> lock_queue, unlock_queue;
+  /// this context uses the queue. If lock_queue fails, nothing is submitted, and what asked for it
+  /// fails with its words, which complete the sentence "while ...".
+  std::function<Status()> lock_queue;
+  std::function<void()> unlock_queue;
   /// Whether it was created with the feature shaderStorageImageExtendedFormats, which saves memory.
   bool has_extended_formats = false;
 };
@@ -147,7 +149,8 @@ class Context {
   VkQueue queue_ = VK_NULL_HANDLE;
   uint32_t queue_family_ = 0;
   bool shared_ = false;  ///< instance and device belong to the caller
-  std::function<void()> lock_queue_, unlock_queue_;
+  std::function<Status()> lock_queue_;
+  std::function<void()> unlock_queue_;
   VkPhysicalDeviceLimits limits_{};
   VkPhysicalDeviceMemoryProperties memory_{};
   GpuInfo info_;

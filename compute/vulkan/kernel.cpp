@@ -108,8 +108,6 @@ Kernel::Kernel(std::shared_ptr<Context> context, const KernelOptions& options)
     : context_(std::move(context)),
       bindings_(bindings_of(options.spirv)),
       push_bytes_(options.push_bytes) {
-  assert((options.bindings.empty() || options.bindings == bindings_) &&
-         "these are not the bindings that the shader declares");
   const VkDevice device = context_->device();
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   for (const BindingKind kind : bindings_) {

@@ -20,7 +20,6 @@ std::vector<BindingKind> bindings_of(std::span<const uint32_t> spirv);
 
 struct KernelOptions {
   std::span<const uint32_t> spirv;
-  std::vector<BindingKind> bindings;     ///< empty: bindings_of(spirv); otherwise must equal it
   uint32_t push_bytes = 0;               ///< at most 128, which every device allows
   std::vector<uint32_t> specialisation;  ///< value of specialisation constant 0, 1, 2, ...
 };

@@ -69,7 +69,7 @@ Status convert(const fs::path& input, const fs::path& output, Console& console) 
     const Status placed = place_by_box(volume, data, loaded->spec.volumes[v].transform);
     if (!placed) return placed;
   }
-  for (const std::string& note : loaded->notes) console.say("Note      " + note);
+  for (const Note& note : loaded->notes) console.say("Note      " + note_text(note));
   std::string text;
   if (output.extension() == ".x3d") {
     if (const Status said = use_words_of_x3d(spec, *loaded); !said) return said;

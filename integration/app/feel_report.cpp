@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "integration/app/advice.h"
 #include "integration/app/feel_run.h"
 #include "integration/app/progress.h"
 
@@ -20,8 +21,8 @@ double us(int64_t ns) {
 }
 
 std::string cause_line(const CauseTime& cause) {
-  const char* why =
-      cause.fault != DeviceFault::kNone ? sentence(cause.fault) : sentence(cause.cause);
+  const std::string why =
+      cause.fault != DeviceFault::kNone ? advised(cause.fault) : sentence(cause.cause);
   return fmt::format("  {:<15} {:>7.2f} s, first at {:.2f} s: {}\n", word(cause.cause),
                      cause.seconds, cause.from_s, why);
 }
@@ -90,12 +91,11 @@ std::vector<std::string> scene_lines(const LoadedScene& scene, bool live) {
 }
 
 std::vector<std::string> notes_of(const LoadedScene& scene) {
-  std::vector<std::string> notes = scene.notes;
+  const char* times_by = scene.from_sequence ? "--fps" : "frames_per_second in the scene";
+  std::vector<std::string> notes;
+  for (const Note& note : scene.notes) notes.push_back(advised(note, times_by));
   for (const auto& volume : scene.data)
-    if (std::string note = assumed_times_text(
-            *volume, scene.from_sequence ? "--fps" : "frames_per_second in the scene");
-        !note.empty())
-      notes.push_back(std::move(note));
+    if (const auto note = assumed_times_note(*volume)) notes.push_back(advised(*note, times_by));
   return notes;
 }
 
@@ -121,7 +121,7 @@ std::string live_text(const TickOutput& tick, const ServoStatistics& statistics,
   return fmt::format("{:7.1f} s  {:5.0f} Hz  {:5.2f} N  phase {:5.2f}  {}{}", seconds,
                      mean_ns > 0.0 && ticks > 1 ? 1e9 / mean_ns : 0.0,
                      glm::length(tick.command.force_n), tick.first.frame + tick.first.phase, state,
-                     tick.cause == Cause::kDevice ? fmt::format(": {}", sentence(tick.fault)) : "");
+                     tick.cause == Cause::kDevice ? fmt::format(": {}", advised(tick.fault)) : "");
 }
 
 std::string summary_text(const FeelNumbers& n, const ServoStatistics& statistics,
@@ -179,26 +179,6 @@ std::string periods_text(const ServoStatistics& statistics) {
                      us(statistics.period.quantile_ns(0.5)),
                      us(statistics.period.quantile_ns(0.999)), us(statistics.period.most_ns()),
                      statistics.ticks.load());
-}
-
-std::string advised(const headset::HeadsetEvent& event) {
-  using Kind = headset::HeadsetEvent::Kind;
-  const auto with = [&event](const char* advice) {
-    return event.sentence.substr(0, event.sentence.size() - 1) + ": " + advice + ".";
-  };
-  switch (event.kind) {
-    case Kind::kNote:
-      break;
-    case Kind::kNoPassThrough:
-      return with("--pass-through does nothing");
-    case Kind::kNoCalibration:
-      return with("find it with 'palpate calibrate -o room.json', and add --calibration room.json");
-    case Kind::kOtherSpace:
-      return with("calibrate again with 'palpate calibrate'");
-    case Kind::kMisplaced:
-      return with("touch again, or calibrate anew with 'palpate calibrate'");
-  }
-  return event.sentence;
 }
 
 nlohmann::json serving_json(const running::ConnectedSession& run) {

@@ -6,7 +6,6 @@
 
 #include "compute/volume/result.h"
 #include "integration/charts/timeline.h"
-#include "integration/headset/headset_event.h"
 #include "integration/running/connected_session.h"
 
 namespace palpate::app {
@@ -37,9 +36,6 @@ std::string tubes_text(const ReleasedTubes& tubes);
 
 /// How evenly the servo thread ran.
 std::string periods_text(const ServoStatistics& statistics);
-
-/// The event's sentence with what the program's own commands and options can do about it.
-std::string advised(const headset::HeadsetEvent& event);
 
 /// What a server sends, once clients may connect, and what it has sent at the end: for programs,
 /// see docs/openigtlink.md.

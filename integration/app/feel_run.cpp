@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "integration/app/advice.h"
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_report.h"
@@ -105,9 +106,9 @@ class FeelRun {
         }))
       second_hand_ = std::make_unique<devices::SpaceMouse>();
     if (prepared->leaves_motion_out)
-      scene.notes.push_back(
+      scene.notes.push_back(text_note(
           "No motion is estimated while recording: find it first with 'palpate motion', and name "
-          "its folder with --fields.");
+          "its folder with --fields."));
     if (viewers_.headset) fit_to_headset(scene, prepared->felt);
     for (const std::string& line : scene_lines(scene, connected_.live != nullptr))
       console_.say(line);
@@ -227,8 +228,8 @@ class FeelRun {
     make_movable(scene);
     if (!felt.controller && calibration_ && scene.spec.world_from_device.scale != glm::dvec3(1.0)) {
       scene.spec.world_from_device.scale = glm::dvec3(1.0);
-      scene.notes.push_back(
-          "The hand's movements are not enlarged: the picture stands where the device is.");
+      scene.notes.push_back(text_note(
+          "The hand's movements are not enlarged: the picture stands where the device is."));
     }
   }
 
@@ -384,7 +385,7 @@ class FeelRun {
     else if (fault == DeviceFault::kNotOpened)
       console_.say("Second    no SpaceMouse is plugged in: the volume stays until one is");
     else
-      console_.say(fmt::format("Second    {}", sentence(fault)));
+      console_.say(fmt::format("Second    {}", advised(fault)));
   }
 
   /// Prints the session's events; called on a thread of the session.

@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 
+#include "integration/app/advice.h"
 #include "integration/app/progress.h"
 
 namespace palpate::app {
@@ -16,7 +17,10 @@ bool has_display() {
 }
 
 Result<std::unique_ptr<desktop::DesktopLoop>> open_window(const ViewerChoice& choice) {
-  return desktop::DesktopLoop::open(choice.scene_name, {.device = choice.gpu.device}, choice.view);
+  auto window =
+      desktop::DesktopLoop::open(choice.scene_name, {.device = choice.gpu.device}, choice.view);
+  if (!window) return advised_window(window.error());
+  return window;
 }
 
 Result<Viewers> in_headset(const ViewerChoice& choice, Viewers viewers,
@@ -48,9 +52,7 @@ Result<Viewers> open_viewers(const ViewerChoice& choice) {
   }
   if (choice.headset == "none") {
     auto window = open_window(choice);
-    if (!window)
-      return Error{window.error().kind,
-                   window.error().message + ", or let it write pictures instead with --headless."};
+    if (!window) return window.error();
     viewers.window = std::move(*window);
     viewers.why = "in a window, as asked.";
     return viewers;

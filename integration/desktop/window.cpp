@@ -25,7 +25,7 @@ std::string glfw_reason() {
 
 Error no_window(const std::string& reason) {
   return {ErrorKind::kNoDevice,
-          fmt::format("No window could be opened ({}): start the program within a desktop session",
+          fmt::format("No window could be opened ({}): start palpate within a desktop session",
                       reason)};
 }
 

@@ -1,7 +1,5 @@
 #include "integration/loading/choose_wall.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "integration/files/sentences.h"
@@ -35,22 +33,11 @@ Result<ChosenWall> surface_of(const WallFrame& frame, const WallQuality& found,
   surface.strength = *strength;
   surface.friction = TransferFunction::constant(choices.friction);
   if (silent) return chosen;
-  if (!choices.iso_value)
-    chosen.notes.push_back(
-        fmt::format("The surface to feel is put at {:.4g}, between the two main groups of values: "
-                    "an iso-value says otherwise.",
-                    iso_value));
-  if (found.ends > kClosedWall)
-    chosen.notes.push_back(fmt::format(
-        "This surface is no closed wall: at {:.0f} % of its places it ends within {:.2g} mm "
-        "or has a hole there, and a hand that strokes it falls through; feel a segmentation "
-        "instead, or a wall derived from the values (the wall 'region').",
-        100.0 * found.ends, found.aside_mm));
-  else
-    chosen.notes.push_back(
-        fmt::format("A hand that strokes this surface comes to its end or to a hole within {:.2g} "
-                    "mm at {:.0f} % of its places.",
-                    found.aside_mm, 100.0 * found.ends));
+  if (!choices.iso_value) chosen.notes.push_back({NoteKind::kSurfaceAt, {iso_value}, {}});
+  chosen.notes.push_back(
+      {found.ends > kClosedWall ? NoteKind::kOpenSurface : NoteKind::kClosedSurface,
+       {found.aside_mm, found.ends},
+       {}});
   return chosen;
 }
 
@@ -65,11 +52,7 @@ Result<ChosenWall> guide_along(const Volume& lengths, const SequenceChoices& cho
   auto strength = TransferFunction::window(iso_value, width, choices.strength_n);
   if (!strength) return strength.error();
   ChosenWall chosen;
-  if (!choices.iso_value)
-    chosen.notes.push_back(fmt::format(
-        "These are vectors: the hand is guided along them, with full force at a length of {:.4g}; "
-        "an iso-value and a width say otherwise, and a scene file offers other modes.",
-        longest));
+  if (!choices.iso_value) chosen.notes.push_back({NoteKind::kAlongVectors, {longest}, {}});
   ModeSpec& follow = chosen.mode.emplace();
   follow.name = "along";
   follow.kind = "follow";
@@ -122,11 +105,8 @@ Result<ChosenWall> choose_wall(const WallFrame& frame, const SequenceChoices& ch
       !choices.width && can_carry) {
     auto derived = derive_wall(frame, derived_by(choices, FeltWall::kRegion), file);
     if (derived) {
-      derived->notes.insert(
-          derived->notes.begin(),
-          fmt::format("The iso-surface is no closed wall: at {:.0f} % of its places it ends within "
-                      "{:.2g} mm or has a hole. (The wall 'values' is this surface all the same.)",
-                      100.0 * found.ends, found.aside_mm));
+      derived->notes.insert(derived->notes.begin(),
+                            {NoteKind::kSurfaceReplaced, {found.aside_mm, found.ends}, {}});
       return derived;
     }
   }
@@ -147,13 +127,11 @@ Result<ChosenWall> derive_wall(const WallFrame& frame, const SegmentsSpec& segme
         "iso-value, or the wall 'values'",
         segments.iso_value.value_or(wall_of(frame.values).at.iso_value));
   const DerivedWall& wall = *chosen.derived;
-  chosen.notes.push_back(fmt::format(
-      "The wall to feel is derived from the values: {}, in frame {} smoothed by {:.2g} mm. A hand "
-      "that strokes it "
-      "comes to an end at {:.0f} % of its places.",
-      ridges ? "where the values rise most steeply"
-             : fmt::format("the border of what is brighter than {:.4g}", wall.iso_value),
-      frame.number, wall.smooth_mm, 100.0 * wall.ends));
+  const auto number = double(frame.number);
+  chosen.notes.push_back(
+      ridges
+          ? Note{NoteKind::kRidgeWall, {number, wall.smooth_mm, wall.ends}, {}}
+          : Note{NoteKind::kRegionWall, {wall.iso_value, number, wall.smooth_mm, wall.ends}, {}});
   return chosen;
 }
 

@@ -3,13 +3,13 @@
 #include <filesystem>
 #include <limits>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "compute/volume/result.h"
 #include "compute/volume/volume.h"
 #include "integration/loading/load_scene.h"
 #include "module/scene/derived_wall.h"
+#include "module/session/note.h"
 
 namespace palpate::loading {
 
@@ -29,8 +29,8 @@ struct WallFrame {
 struct ChosenWall {
   std::optional<ModeSpec> mode;  ///< of the values or vectors; its volume is not named yet
   std::optional<DerivedWall> derived;
-  SegmentsSpec segments;           ///< with `derived`: how it was derived and is felt
-  std::vector<std::string> notes;  ///< why, a sentence each
+  SegmentsSpec segments;    ///< with `derived`: how it was derived and is felt
+  std::vector<Note> notes;  ///< why
 };
 
 /// Chooses what is felt where no scene file says it: a guide along vectors, an iso-surface of the

@@ -23,22 +23,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// "3.5 x 2 x 1 m".
-std::string box_text(const glm::dvec3& box_m) {
-  return fmt::format("{:.4g} x {:.4g} x {:.4g} m", box_m.x, box_m.y, box_m.z);
-}
-
 /// Says in the spec where the volume starts.
 Status place(LoadedScene& scene, VolumeSpec& spec, const MovingVolume& volume) {
   const auto start = start_transform(spec, volume);
   if (!start) return start.error();
   if (spec.box_m && spec.source.empty()) {
-    if (const glm::dvec3 box = filled_box(spec, volume); box != *spec.box_m)
-      scene.notes.push_back(fmt::format(
-          "The grid of {} lies obliquely and keeps its proportions: its box is {} ({}).", spec.name,
-          box_text(box),
-          spec.box_assumed ? std::string("the scene gives no dimensions")
-                           : "the scene gives " + box_text(*spec.box_m)));
+    if (const glm::dvec3 box = filled_box(spec, volume); box != *spec.box_m) {
+      Note& note = scene.notes.emplace_back();
+      note = {NoteKind::kOwnBox, {box.x, box.y, box.z}, {spec.name}};
+      if (!spec.box_assumed)
+        note.numbers.insert(note.numbers.end(), {spec.box_m->x, spec.box_m->y, spec.box_m->z});
+    }
     spec.box_m.reset();
   }
   spec.transform = *start;
@@ -79,7 +74,7 @@ Status load_volume(LoadedScene& scene, size_t v, bool chooses, const SequenceCho
     auto found = read_volume_data(spec, choices, doing);
     if (!found) return found.error();
     read = std::move(*found);
-    scene.notes.insert(scene.notes.end(), read.notes.begin(), read.notes.end());
+    for (std::string& note : read.notes) scene.notes.push_back(text_note(std::move(note)));
     prepares();
   }
   if (scene.from_sequence)
@@ -114,10 +109,9 @@ Status load_volume(LoadedScene& scene, size_t v, bool chooses, const SequenceCho
     starting->missing->volume = v;
     if (starting->missing->own)
       scene.notes.push_back(
-          fmt::format("The {} is that of frame {}: {} stands still there until one motion for all "
-                      "frames is known.",
-                      spec.segments.from == SegmentsFrom::kFiles ? "segmentation" : "wall",
-                      known_frame, spec.name));
+          {NoteKind::kStandsStill,
+           {double(known_frame)},
+           {spec.segments.from == SegmentsFrom::kFiles ? "segmentation" : "wall", spec.name}});
     scene.missing.push_back(std::move(*starting->missing));
   }
   scene.data.push_back(std::move(starting->data));
@@ -136,7 +130,7 @@ Result<LoadedScene> loaded(LoadedScene scene, const SequenceChoices& choices,
 }
 
 Result<LoadedScene> of_spec(std::string name, SceneSpec spec, const SequenceChoices& choices,
-                            const OnDoing& doing, std::vector<std::string> notes = {}) {
+                            const OnDoing& doing, std::vector<Note> notes = {}) {
   LoadedScene scene;
   scene.name = std::move(name);
   scene.spec = std::move(spec);
@@ -232,7 +226,11 @@ Result<LoadedScene> load_scene(const std::vector<fs::path>& inputs, const Sequen
     if (choices.values)
       for (VolumeSpec& volume : read->spec.volumes)
         if (volume.source.empty()) volume.values = choices.values;
-    return of_spec(name, std::move(read->spec), choices, doing, std::move(read->notes));
+    std::vector<Note> notes;
+    for (std::string& device : read->devices)
+      notes.push_back({NoteKind::kDeviceOfScene, {}, {std::move(device)}});
+    for (std::string& note : read->notes) notes.push_back(text_note(std::move(note)));
+    return of_spec(name, std::move(read->spec), choices, doing, std::move(notes));
   }
   return of_sequence(inputs, choices, doing);
 }

@@ -87,6 +87,7 @@ SessionOptions session_options(const PreparedSession& prepared, const SessionCal
   SafetyOptions& safety = options.haptics.safety;
   safety.max_force_n = prepared.scene.spec.max_force_n;
   safety.dead_man = request.dead_man;
+  safety.max_speed_m_per_s = request.max_hand_speed_m_per_s;
   set_watchdog(options, request.watchdog_s.value_or(0.0), prepared.felt.is_harmless);
   options.tube_buttons = request.tube_buttons;
   options.servo.real_time.core = request.core;

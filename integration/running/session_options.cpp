@@ -16,16 +16,15 @@ namespace palpate::running {
 namespace {
 
 using nlohmann::json;
-using Request = SessionRequest;
 using Choices = loading::SequenceChoices;
 constexpr OptionStage kScene = OptionStage::kScene, kSession = OptionStage::kSession;
 
 template <auto Member>
-auto& of_request(Request& request) {
+auto& of_request(SessionRequest& request) {
   return request.*Member;
 }
 template <auto Member>
-auto& of_sequence(Request& request) {
+auto& of_sequence(SessionRequest& request) {
   return request.sequence.*Member;
 }
 
@@ -34,12 +33,12 @@ constexpr std::pair<std::string_view, loading::FeltWall> kWalls[] = {
     {"region", loading::FeltWall::kRegion},
     {"ridges", loading::FeltWall::kRidges}};
 
-void set_wall(Request& request, std::string_view word) {
+void set_wall(SessionRequest& request, std::string_view word) {
   for (const auto& [name, wall] : kWalls)
     if (name == word) request.sequence.wall = wall;
 }
 
-void set_values(Request& request, std::string_view word) {
+void set_values(SessionRequest& request, std::string_view word) {
   for (const auto& [name, values] : files::SceneWords::kValues)
     if (name == word) request.sequence.values = values;
 }
@@ -150,7 +149,7 @@ std::vector<SessionOption> table() {
        .c_field = "PalSceneInfo.wall"},
       {.key = "scale",
        .stage = kScene,
-       .member = of_request<&Request::scale>,
+       .member = of_request<&SessionRequest::scale>,
        .range = files::kScales,
        .words = {"fit"},
        .fallback = "fit",
@@ -158,24 +157,24 @@ std::vector<SessionOption> table() {
        .c_field = "PalSceneInfo.scale"},
       {.key = "true_size",
        .stage = kScene,
-       .member = of_request<&Request::true_size>,
+       .member = of_request<&SessionRequest::true_size>,
        .help = "A sequence without a scene file keeps its size",
        .c_field = "PAL_SCENE_TRUE_SIZE",
        .doors = kHostDoors},
       {.key = "movable",
        .stage = kScene,
-       .member = of_request<&Request::movable>,
+       .member = of_request<&SessionRequest::movable>,
        .help = "The host may place volumes that nothing else moves",
        .c_field = "PAL_SCENE_MOVABLE",
        .doors = kHostDoors},
       {.key = "forget_motion",
        .stage = kScene,
-       .member = of_request<&Request::forget_motion>,
+       .member = of_request<&SessionRequest::forget_motion>,
        .help = "heart, shell: forget the known motion and estimate it, as a patient's would be",
        .c_field = "PAL_SCENE_FORGET_MOTION"},
       {.key = "motion",
        .stage = kScene,
-       .member = of_request<&Request::motion>,
+       .member = of_request<&SessionRequest::motion>,
        .fallback = "true",
        .help = "Without it the frames are felt as they are, without motion between them",
        .c_field = "PAL_SCENE_NO_MOTION"},
@@ -187,24 +186,24 @@ std::vector<SessionOption> table() {
        .c_field = "PAL_SCENE_NOT_CYCLIC"},
       {.key = "image",
        .stage = kScene,
-       .member = of_request<&Request::image>,
+       .member = of_request<&SessionRequest::image>,
        .help = "igtl://...: the images of this device name (default: of the first that comes)",
        .c_field = "PalSceneInfo.image"},
       {.key = "transform",
        .stage = kScene,
-       .member = of_request<&Request::transform>,
+       .member = of_request<&SessionRequest::transform>,
        .help = "igtl://...: the transforms of this device name move the volume",
        .c_field = "PalSceneInfo.transform"},
       {.key = "wait_s",
        .stage = kScene,
-       .member = of_request<&Request::wait_s>,
+       .member = of_request<&SessionRequest::wait_s>,
        .range = files::kWaits_s,
        .help = "igtl://...: how long to wait for the first image, s (a host: 10; the program: "
                "until it is stopped)",
        .c_field = "PalSceneInfo.wait_s"},
       {.key = "crc",
        .stage = kScene,
-       .member = of_request<&Request::crc>,
+       .member = of_request<&SessionRequest::crc>,
        .fallback = "true",
        .help = "igtl://...: without it, messages are accepted whose sender computes no CRC (PLUS "
                "does so if it is not asked to); the same as ?crc=none behind the address"},
@@ -212,7 +211,7 @@ std::vector<SessionOption> table() {
       // The device.
       {.key = "device",
        .stage = kSession,
-       .member = of_request<&Request::device>,
+       .member = of_request<&SessionRequest::device>,
        .fallback = "auto",
        .help = "Force device; KIND@PLACE is the one that 'palpate devices' shows there; "
                "igtl://HOST:PORT is a tracked tool",
@@ -220,19 +219,19 @@ std::vector<SessionOption> table() {
        .doors = kSafeDoors},
       {.key = "falcon_firmware",
        .stage = kSession,
-       .member = of_request<&Request::falcon_firmware>,
+       .member = of_request<&SessionRequest::falcon_firmware>,
        .path = PathUse::kFile,
        .help = "Your own copy of the Falcon's firmware; palpate ships none"},
       {.key = "path",
        .stage = kSession,
-       .member = of_request<&Request::path>,
+       .member = of_request<&SessionRequest::path>,
        .fallback = "press",
        .help = "Simulated hand: press, tap, stroke, circle, sweep, or a file of t_s,x_m,y_m,z_m",
        .c_field = "PalSessionInfo.simulated_path",
        .doors = kSafeDoors},
       {.key = "hand",
        .stage = kSession,
-       .member = of_request<&Request::hand>,
+       .member = of_request<&SessionRequest::hand>,
        .words = {"human", "loose", "firm", "none"},
        .fallback = "human",
        .help = "Simulated hand: how it holds the device",
@@ -240,59 +239,68 @@ std::vector<SessionOption> table() {
        .doors = kSafeDoors},
       {.key = "lets_go_s",
        .stage = kSession,
-       .member = of_request<&Request::lets_go_s>,
+       .member = of_request<&SessionRequest::lets_go_s>,
        .range = files::kLettingGo_s,
        .help = "Simulated hand: lets go after so many s; else never",
        .c_field = "PalSessionInfo.lets_go_s",
        .doors = kSafeDoors},
       {.key = "tool",
        .stage = kSession,
-       .member = of_request<&Request::tool>,
+       .member = of_request<&SessionRequest::tool>,
        .help = "The transforms of this device name are the tracked tool (default: of the first "
                "that come)",
        .c_field = "PalSessionInfo.tool",
        .doors = kSafeDoors},
       {.key = "stiffness_n_per_m",
        .stage = kSession,
-       .member = of_request<&Request::stiffness_n_per_m>,
+       .member = of_request<&SessionRequest::stiffness_n_per_m>,
        .range = files::kStiffnesses_n_per_m,
        .help = "Of the spring, N/m, instead of the scene's",
        .c_field = "PalSessionInfo.stiffness_n_per_m"},
       {.key = "max_force_n",
        .stage = kSession,
-       .member = of_request<&Request::max_force_n>,
+       .member = of_request<&SessionRequest::max_force_n>,
        .range = files::kForces_n,
        .help = "N, instead of the scene's",
        .c_field = "PalSessionInfo.max_force_n"},
       {.key = "dead_man",
        .stage = kSession,
-       .member = of_request<&Request::dead_man>,
+       .member = of_request<&SessionRequest::dead_man>,
        .help = "Force only while a button of the device, or a controller's dead-man, is held",
        .c_field = "PAL_SESSION_DEAD_MAN",
        .doors = kSafeDoors},
       {.key = "watchdog_s",
        .stage = kSession,
-       .member = of_request<&Request::watchdog_s>,
+       .member = of_request<&SessionRequest::watchdog_s>,
        .range = files::kWatchdogs_s,
        .help = "A tick later than this is a fault: the force is ramped down (5 ms; a simulated "
                "hand, a mouse or a tracked tool: 50 ms)",
        .c_field = "PalSessionInfo.watchdog_s",
        .doors = kSafeDoors},
+      // From 3 m/s on a tracked tool counts as lost, too.
+      {.key = "max_hand_speed_m_per_s",
+       .stage = kSession,
+       .member = of_request<&SessionRequest::max_hand_speed_m_per_s>,
+       .range = {0.1, 3.0, false, "m/s"},
+       .fallback = "1.5",
+       .help = "A hand that moves faster than this is damped, and the force ends if it moves at "
+               "twice that",
+       .doors = kSafeDoors},
       {.key = "real_time",
        .stage = kSession,
-       .member = of_request<&Request::real_time>,
+       .member = of_request<&SessionRequest::real_time>,
        .fallback = "true",
        .help = "Without it, the system is asked for no priority and no locked memory",
        .c_field = "PAL_SESSION_NO_REAL_TIME",
        .doors = kSafeDoors},
       {.key = "core",
        .stage = kSession,
-       .member = of_request<&Request::core>,
+       .member = of_request<&SessionRequest::core>,
        .range = files::kCores,
        .help = "Pin the servo thread to this core"},
       {.key = "tube_buttons",
        .stage = kSession,
-       .member = of_request<&Request::tube_buttons>,
+       .member = of_request<&SessionRequest::tube_buttons>,
        .range = files::kButtonBits,
        .fallback = "0",
        .help = "Bit k: button k of the device lays stream tubes",
@@ -302,7 +310,7 @@ std::vector<SessionOption> table() {
       // Estimation.
       {.key = "preset",
        .stage = kSession,
-       .member = of_request<&Request::preset>,
+       .member = of_request<&SessionRequest::preset>,
        .words = {kMotionPresets.begin(), kMotionPresets.end()},
        .help = "Effort of the estimation, as in 'palpate motion' (balanced; of a live source: "
                "fast)",
@@ -310,14 +318,14 @@ std::vector<SessionOption> table() {
        .doors = kSafeDoors},
       {.key = "estimate",
        .stage = kSession,
-       .member = of_request<&Request::estimate>,
+       .member = of_request<&SessionRequest::estimate>,
        .fallback = "true",
        .help = "Motion that is not given is estimated while the data are felt",
        .c_field = "PAL_SESSION_NO_ESTIMATION",
        .doors = kHostDoors},
       {.key = "follow",
        .stage = kSession,
-       .member = of_request<&Request::follow>,
+       .member = of_request<&SessionRequest::follow>,
        .help = "igtl://...: follow every frame, even where they repeat",
        .c_field = "PAL_SESSION_FOLLOW",
        .doors = kSafeDoors},
@@ -325,26 +333,26 @@ std::vector<SessionOption> table() {
       // What is kept and served: no scene file of a stranger may write files or open a port.
       {.key = "serve",
        .stage = kSession,
-       .member = of_request<&Request::serve>,
+       .member = of_request<&SessionRequest::serve>,
        .range = files::kPorts,
        .help = "Send what is felt, the moved volume and its motion to OpenIGTLink clients (3D "
                "Slicer) that connect to this port",
        .c_field = "PalSessionInfo.serve_port"},
       {.key = "csv",
        .stage = kSession,
-       .member = of_request<&Request::csv>,
+       .member = of_request<&SessionRequest::csv>,
        .path = PathUse::kOutputFile,
        .help = "Write every tick",
        .c_field = "PalSessionInfo.csv"},
       {.key = "record",
        .stage = kSession,
-       .member = of_request<&Request::record>,
+       .member = of_request<&SessionRequest::record>,
        .path = PathUse::kOutputFile,
        .help = "Record all that the loop depends on",
        .c_field = "PalSessionInfo.recording"},
       {.key = "black_box",
        .stage = kSession,
-       .member = of_request<&Request::black_box>,
+       .member = of_request<&SessionRequest::black_box>,
        .path = PathUse::kOutputFolder,
        .help = "Folder for the ticks around a fault, or off (default: $XDG_STATE_HOME/palpate, or "
                "~/.local/state/palpate)",
@@ -375,7 +383,7 @@ std::optional<double> number_of(const json& value) {
 /// How each kind of member takes a value.
 class Setter {
  public:
-  Setter(Request& request, const SessionOption& option, const json& value)
+  Setter(SessionRequest& request, const SessionOption& option, const json& value)
       : request_(request), option_(option), value_(value) {}
 
   Status operator()(MemberOf<bool> member) const {
@@ -461,7 +469,7 @@ class Setter {
                     fmt::join(option_.words, ", "))};
   }
 
-  Request& request_;
+  SessionRequest& request_;
   const SessionOption& option_;
   const json& value_;
 };

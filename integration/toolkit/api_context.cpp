@@ -151,12 +151,11 @@ Result<std::shared_ptr<vulkan::Context>> opened(const PalContextInfo& info,
   shared.queue_family = host.queue_family;
   shared.has_extended_formats = host.has_extended_formats != 0;
   if (host.lock_queue)
-    shared.lock_queue = [host] {
+    shared.lock_queue = [host]() -> Status {
       const Thrown thrown = call_host("lock_queue", [&] { host.lock_queue(host.user); });
-      // If the lock failed, nothing is submitted: the work fails as on a device that refuses it.
-      if (thrown)
-        throw vulkan::Failure(VK_ERROR_UNKNOWN,
-                              std::string("locking the host's queue (") + thrown.sentence() + ")");
+      if (!thrown) return Nothing{};
+      return Error{ErrorKind::kDeviceFailed,
+                   std::string("locking the host's queue (") + thrown.sentence() + ")"};
     };
   if (host.unlock_queue)
     shared.unlock_queue = [host, log] {

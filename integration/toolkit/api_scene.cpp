@@ -222,9 +222,8 @@ PalResult open_scene(PalContext* context, const PalSceneInfo* given, PalScene** 
   request->sequence.given.clear();  // the scene has what it needs of them
   content->request = std::move(*request);
   for (const auto& volume : content->scene.data)
-    if (std::string note = assumed_times_text(*volume, "frames_per_second"); !note.empty())
-      content->scene.notes.push_back(std::move(note));
-  for (const std::string& note : content->scene.notes) content->context->say(note.c_str());
+    if (auto note = assumed_times_note(*volume)) content->scene.notes.push_back(std::move(*note));
+  for (const Note& note : content->scene.notes) content->context->say(note_text(note).c_str());
   *scene = reinterpret_cast<PalScene*>(Handle<SceneContent>::make(std::move(content)));
   return PAL_OK;
 }
@@ -273,7 +272,7 @@ Result<std::string> text_of(const LoadedScene& scene, PalSceneText which) {
   }
   if (which == PAL_SCENE_TEXT_JSON) return files::scene_text(scene.spec);
   std::string notes;
-  for (const std::string& note : scene.notes) notes += note + "\n";
+  for (const Note& note : scene.notes) notes += note_text(note) + "\n";
   return notes;
 }
 

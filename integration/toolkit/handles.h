@@ -166,8 +166,6 @@ PalResult guarded(const Work& work) noexcept {
     return work();
   } catch (const std::bad_alloc&) {
     return failed(PAL_OUT_OF_MEMORY, {"There is not enough memory on this machine"});
-  } catch (const vulkan::Failure& failure) {
-    return failed(failure.error());
   } catch (const std::exception& error) {
     return failed(PAL_INTERNAL, {error.what()});
   } catch (...) {

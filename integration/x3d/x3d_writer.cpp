@@ -62,6 +62,8 @@ class X3dSceneWriter {
               ? attribute("palpateDamping", text_of(scene.damping_n_s_per_m))
               : "") +
          "/>");
+    if (!scene.session.empty())
+      notes_.push_back("The options of the scene's section session have no node in X3D.");
     for (const VolumeSpec& v : scene.volumes)
       if (const Status written = volume(scene, v); !written) return written.error();
     for (const std::string& route : routes_) line(route);

@@ -1,21 +1,16 @@
 #include "module/session/loaded_scene.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "compute/volume/heart_phantom.h"
 
 namespace palpate {
 
-std::string assumed_times_text(const MovingVolume& volume, const std::string& option) {
-  if (!volume.times.assumed) return {};
-  const size_t frames = volume.times.times_s.size();
+std::optional<Note> assumed_times_note(const MovingVolume& volume) {
+  if (!volume.times.assumed) return std::nullopt;
+  const auto frames = double(volume.times.times_s.size());
   const double step_s = volume.times.times_s[1] - volume.times.times_s[0];
-  return fmt::format(
-      "The times of the frames of {} are not known: all {} are played in {:.3g} s; {} says "
-      "otherwise.",
-      volume.name, frames, double(frames) * step_s, option);
+  return Note{NoteKind::kAssumedTimes, {frames, frames * step_s}, {volume.name}};
 }
 
 void forget_motion(LoadedScene& scene) {
@@ -65,8 +60,7 @@ double fit_to_reach(LoadedScene& scene, const DeviceInfo& device) {
   const glm::dvec3 world = spec.transform.world_from_volume(middle);
   spec.transform.scale *= scale;
   spec.transform.translation_m = world - spec.transform.rotation * (spec.transform.scale * middle);
-  scene.notes.push_back(fmt::format(
-      "It is shown at {:.2g} of its size so that the device reaches all of it.", scale));
+  scene.notes.push_back({NoteKind::kScaledDown, {scale}, {}});
   return scale;
 }
 

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "module/haptics/modes/modes.h"
 #include "module/scene/moving_volume.h"
 #include "module/scene/scene_spec.h"
+#include "module/session/note.h"
 
 namespace palpate {
 
@@ -29,15 +31,14 @@ struct LoadedScene {
   SceneSpec spec;
   std::vector<std::shared_ptr<const MovingVolume>> data;  ///< one per volume, in order
   std::vector<MissingMotion> missing;
-  std::vector<std::string> notes;  ///< choices made for the user, a sentence each
+  std::vector<Note> notes;  ///< choices made for the user, and what is unusual of the data
   /// there is no scene file that places it: it may be scaled to a device
   bool from_sequence = false;
   ModeKinds kinds;  ///< kinds of modes that the spec may name
 };
 
-/// "The times of the frames of heart_cine are not known: all 20 are played in 1 s; `option` says
-/// otherwise." for a volume with assumed times; empty where they are known.
-std::string assumed_times_text(const MovingVolume& volume, const std::string& option);
+/// The note on a volume with assumed times; none where they are known.
+std::optional<Note> assumed_times_note(const MovingVolume& volume);
 
 /// Removes the known motion of synthetic data, so that it is estimated as for measured data.
 void forget_motion(LoadedScene& scene);

@@ -1,5 +1,6 @@
 #include "module/view/repacker.h"
 
+#include "compute/vulkan/tried.h"
 #include "spirv/view/repack.h"
 
 namespace palpate {
@@ -29,6 +30,12 @@ bool Repacker::can(VkFormat format) {
   return packing_of(format) != nullptr;
 }
 
+Result<std::unique_ptr<Repacker>> Repacker::make(std::shared_ptr<vulkan::Context> context,
+                                                 VkFormat format, PictureSize most) {
+  return vulkan::tried(
+      [&] { return std::unique_ptr<Repacker>(new Repacker(std::move(context), format, most)); });
+}
+
 Repacker::Repacker(std::shared_ptr<vulkan::Context> context, VkFormat format, PictureSize most)
     : context_(std::move(context)), format_(format) {
   assert(can(format) && "this format can not be made");
@@ -45,18 +52,17 @@ Repacker::Repacker(std::shared_ptr<vulkan::Context> context, VkFormat format, Pi
 
 Repacker::~Repacker() {
   // The device must have finished with what is freed below, also after an error.
-  try {
-    recorder_->wait();
-  } catch (const vulkan::Failure&) {
-  }
+  (void)vulkan::tried([&] { recorder_->wait(); });
 }
 
-void Repacker::start(const vulkan::Buffer& colours, PictureSize size) {
+Status Repacker::start(const vulkan::Buffer& colours, PictureSize size) {
   const int rows = 2 * size.height;
-  recorder_->restart();
-  recorder_->dispatch(kernel_, {colours, repacked_}, glm::ivec4(size.width, rows, 0, 0),
-                      {(size.width + kGroup - 1) / kGroup, rows, 1});
-  recorder_->start();
+  return vulkan::tried([&] {
+    recorder_->restart();
+    recorder_->dispatch(kernel_, {colours, repacked_}, glm::ivec4(size.width, rows, 0, 0),
+                        {(size.width + kGroup - 1) / kGroup, rows, 1});
+    recorder_->start();
+  });
 }
 
 }  // namespace palpate

@@ -10,7 +10,7 @@ namespace palpate {
 
 /// The renderer's colours in the bytes of another image format. OpenXR and Vulkan take values of
 /// formats that are not _SRGB for linear, so for these the encoding is removed: with 8 bits dark
-/// parts then show bands. One thread at a time. Throws vulkan::Failure.
+/// parts then show bands. One thread at a time. Errors: kDeviceFailed, kOutOfMemory.
 class Repacker {
  public:
   /// Formats that a picture can be handed over in: 8 bits of R, G, B and A in either order, _SRGB
@@ -20,17 +20,20 @@ class Repacker {
   static bool needless(VkFormat format) { return format == VK_FORMAT_R8G8B8A8_SRGB; }
 
   /// `format` is one that it can(); `most` is the largest picture, of two eyes.
-  Repacker(std::shared_ptr<vulkan::Context> context, VkFormat format, PictureSize most);
+  static Result<std::unique_ptr<Repacker>> make(std::shared_ptr<vulkan::Context> context,
+                                                VkFormat format, PictureSize most);
   ~Repacker();
 
   /// Submits the work, after what was submitted before; does not wait. `colours`: as
   /// VolumeRenderer::colour(), of two eyes.
-  void start(const vulkan::Buffer& colours, PictureSize size);
+  Status start(const vulkan::Buffer& colours, PictureSize size);
   /// Rows tight, the eyes one after the other; to be copied under the renderer's rules.
   const vulkan::Buffer& repacked() const { return repacked_; }
   VkFormat format() const { return format_; }
 
  private:
+  Repacker(std::shared_ptr<vulkan::Context> context, VkFormat format, PictureSize most);
+
   std::shared_ptr<vulkan::Context> context_;
   VkFormat format_;
   vulkan::Kernel kernel_;

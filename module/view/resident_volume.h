@@ -59,23 +59,23 @@ struct ResidentVolume {
 };
 
 /// Uploads frames; those not sampled (formulas, vectors) are sampled at their detail_m(), with at
-/// most 256 samples along an axis. Throws Failure.
+/// most 256 samples along an axis. Throws as vulkan::Buffer does.
 std::shared_ptr<const ResidentFrames> upload_frames(const std::shared_ptr<vulkan::Context>& context,
                                                     Kernels& kernels, const MovingVolume& volume);
 
 /// Uploads one step of a motion. The closing of a cycle is added to its last step, as it is for the
-/// hand (module/scene/cycle_closing.h). Throws Failure.
+/// hand (module/scene/cycle_closing.h). Throws as vulkan::Buffer does.
 std::shared_ptr<const ResidentField> upload_field(const std::shared_ptr<vulkan::Context>& context,
                                                   const ResidentFrames& frames,
                                                   const MovingVolume& volume, size_t motion,
                                                   size_t step);
 
-/// Uploads the motion of a whole sequence. Throws Failure.
+/// Uploads the motion of a whole sequence. Throws as vulkan::Buffer does.
 std::shared_ptr<const ResidentTerms> upload_terms(const std::shared_ptr<vulkan::Context>& context,
                                                   const ResidentFrames& frames,
                                                   const SequenceMap& map);
 
-/// Bounds the values during the step from `frame` to `next`. Throws Failure.
+/// Bounds the values during the step from `frame` to `next`. Throws as vulkan::Buffer does.
 std::shared_ptr<const ResidentStep> bound_step(const std::shared_ptr<vulkan::Context>& context,
                                                Kernels& kernels, const ResidentFrames& frames,
                                                int frame, int next,

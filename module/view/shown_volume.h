@@ -36,7 +36,8 @@ ShownFrames shown_frames_of(const ViewVolume& volume, const ResidentVolume& resi
 /// Brought to another phase or look by a few passes over the volume, then only read.
 class ShownVolume {
  public:
-  /// slot: its place in the tables and skip words that all volumes share. Throws Failure.
+  /// slot: its place in the tables and skip words that all volumes share. Throws as vulkan::Buffer
+  /// does.
   ShownVolume(std::shared_ptr<vulkan::Context> context, Kernels& kernels,
               std::shared_ptr<const ResidentVolume> resident, int slot, int first_skip_word);
 

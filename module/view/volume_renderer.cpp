@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compute/vulkan/tried.h"
 #include "module/view/kernels.h"
 #include "module/view/parameters.h"
 #include "module/view/shown_volume.h"
@@ -13,6 +14,7 @@ namespace palpate {
 
 using namespace view_shaders;
 using vulkan::Buffer;
+using vulkan::tried;
 
 namespace {
 
@@ -49,17 +51,6 @@ Look segment_look(const Segment& segment, double opacity, const view::ResidentFr
   return look;
 }
 
-/// Runs what may throw Failure, and makes a Status of it.
-template <class Work>
-Status tried(const Work& work) {
-  try {
-    work();
-    return Nothing{};
-  } catch (const vulkan::Failure& failure) {
-    return failure.error();
-  }
-}
-
 }  // namespace
 
 Result<std::unique_ptr<VolumeRenderer>> VolumeRenderer::make(
@@ -70,11 +61,9 @@ Result<std::unique_ptr<VolumeRenderer>> VolumeRenderer::make(
   // Bricks are made one further than what shows: a longer segment would end beyond.
   if (!(options.samples_per_voxel >= 0.125) || !(options.near_m > 0.0))
     return refused("samples per voxel must be at least 0.125, and the nearest depth above 0");
-  try {
+  return tried([&] {
     return std::unique_ptr<VolumeRenderer>(new VolumeRenderer(std::move(context), options));
-  } catch (const vulkan::Failure& failure) {
-    return failure.error();
-  }
+  });
 }
 
 VolumeRenderer::VolumeRenderer(std::shared_ptr<vulkan::Context> context,
@@ -106,10 +95,7 @@ VolumeRenderer::VolumeRenderer(std::shared_ptr<vulkan::Context> context,
 
 VolumeRenderer::~VolumeRenderer() {
   // The device must be done with what is freed below, whatever became of it.
-  try {
-    recorder_->wait();
-  } catch (const vulkan::Failure&) {
-  }
+  (void)tried([&] { recorder_->wait(); });
 }
 
 Status VolumeRenderer::set_volumes(std::span<const std::shared_ptr<const MovingVolume>> volumes) {

@@ -1,5 +1,7 @@
 #include "module/xr/frame_commands.h"
 
+#include "compute/vulkan/tried.h"
+
 namespace palpate::xr {
 namespace {
 
@@ -39,6 +41,12 @@ void hand_over(VkCommandBuffer commands, VkImage image, bool depth, const Access
 
 }  // namespace
 
+Result<std::unique_ptr<FrameCommands>> FrameCommands::make(
+    std::shared_ptr<vulkan::Context> context) {
+  return vulkan::tried(
+      [&] { return std::unique_ptr<FrameCommands>(new FrameCommands(std::move(context))); });
+}
+
 FrameCommands::FrameCommands(std::shared_ptr<vulkan::Context> context)
     : context_(std::move(context)) {
   VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
@@ -75,32 +83,35 @@ void FrameCommands::finish() {
   check(vkResetFences(context_->device(), 1, &fence_), "resetting a fence");
 }
 
-Drawn FrameCommands::run(const Target& color, const Target& depth,
-                         const std::function<Drawn(VkCommandBuffer)>& draw) {
-  finish();
-  VkCommandBufferBeginInfo begin{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
-  begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-  check(vkBeginCommandBuffer(commands_, &begin), "beginning a frame");
-  const auto hand = [&](const Target& target, bool is_depth, bool to_source) {
-    if (!target.image) return;
-    Access runtime = with_runtime(is_depth);
-    if (to_source) {
-      // The image's content does not matter, only that it is no longer in use.
-      runtime.layout = VK_IMAGE_LAYOUT_UNDEFINED;
-      hand_over(commands_, target.image, is_depth, runtime, kTransfer);
-    } else {
-      hand_over(commands_, target.image, is_depth, kTransfer, runtime);
-    }
-  };
-  hand(color, false, true);
-  hand(depth, true, true);
-  const Drawn drawn = draw(commands_);
-  hand(color, false, false);
-  hand(depth, true, false);
-  check(vkEndCommandBuffer(commands_), "ending a frame");
-  context_->submit(commands_, fence_);
-  pending_ = true;
-  return drawn;
+Result<Drawn> FrameCommands::run(const Target& color, const Target& depth,
+                                 const std::function<Result<Drawn>(VkCommandBuffer)>& draw) {
+  return vulkan::tried([&]() -> Result<Drawn> {
+    finish();
+    VkCommandBufferBeginInfo begin{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+    check(vkBeginCommandBuffer(commands_, &begin), "beginning a frame");
+    const auto hand = [&](const Target& target, bool is_depth, bool to_source) {
+      if (!target.image) return;
+      Access runtime = with_runtime(is_depth);
+      if (to_source) {
+        // The image's content does not matter, only that it is no longer in use.
+        runtime.layout = VK_IMAGE_LAYOUT_UNDEFINED;
+        hand_over(commands_, target.image, is_depth, runtime, kTransfer);
+      } else {
+        hand_over(commands_, target.image, is_depth, kTransfer, runtime);
+      }
+    };
+    hand(color, false, true);
+    hand(depth, true, true);
+    const Result<Drawn> drawn = draw(commands_);
+    if (!drawn) return drawn;
+    hand(color, false, false);
+    hand(depth, true, false);
+    check(vkEndCommandBuffer(commands_), "ending a frame");
+    context_->submit(commands_, fence_);
+    pending_ = true;
+    return drawn;
+  });
 }
 
 }  // namespace palpate::xr

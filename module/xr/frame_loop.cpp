@@ -39,15 +39,8 @@ Outcome<FrameResult> FrameLoop::run(const FrameParts& parts) {
   if (!step) return step.error();
   Layer layer;
   Hands hands;
-  std::optional<vulkan::Failure> failure;
-  try {
-    step = fill(parts, state, layer, hands);
-  } catch (const vulkan::Failure& caught) {
-    failure = caught;
-    layer.shown = false;
-  }
+  step = fill(parts, state, layer, hands);
   const Done ended = end(parts, state.predictedDisplayTime, layer);
-  if (failure) throw *failure;
   // The first problem is the cause of what follows it.
   if (!step) return step.error();
   if (!ended) return ended.error();
@@ -107,7 +100,11 @@ Done FrameLoop::fill(const FrameParts& parts, const XrFrameState& state, Layer& 
 }
 
 Done FrameLoop::prepare(const FrameParts& parts) {
-  if (!commands_) commands_ = std::make_unique<FrameCommands>(context_);
+  if (!commands_) {
+    auto made = FrameCommands::make(context_);
+    if (!made) return of_device(made.error());
+    commands_ = std::move(*made);
+  }
   if (!chains_) {
     auto made = Swapchains::make(parts.session, parts.system, parts.instance.has_depth_layer(),
                                  view_scale_);
@@ -160,25 +157,19 @@ Outcome<Drawn> FrameLoop::draw(const FrameParts& parts, HeadsetFrame& frame) {
     if (!depth_image) return depth_image.error();
     if (*depth_image) frame.depth = target_of(*depth, **depth_image);
   }
-  Drawn drawn;
-  std::optional<vulkan::Failure> failure;
-  try {
-    drawn = commands_->run(frame.color, frame.depth, [&](VkCommandBuffer commands) {
-      return parts.source.record(frame, commands);
-    });
-  } catch (const vulkan::Failure& caught) {
-    failure = caught;
-  }
+  Result<Drawn> drawn = commands_->run(frame.color, frame.depth, [&](VkCommandBuffer commands) {
+    return parts.source.record(frame, commands);
+  });
   // Released in any case: the runtime needs its images back.
   Done released = chains_->color.release();
   if (depth && depth->waited()) {
     const Done depth_released = depth->release();
     if (released) released = depth_released;
   }
-  if (failure) throw *failure;
+  if (!drawn) return of_device(drawn.error());
   if (!released) return released.error();
-  drawn.depth = drawn.depth && frame.depth.image;
-  return drawn;
+  drawn->depth = drawn->depth && frame.depth.image;
+  return *drawn;
 }
 
 Done FrameLoop::end(const FrameParts& parts, XrTime time, const Layer& filled) {

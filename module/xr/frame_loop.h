@@ -42,8 +42,7 @@ class FrameLoop {
       : context_(std::move(context)), view_scale_(view_scale) {}
 
   /// One whole frame: blocks in xrWaitFrame. Whatever fails between xrBeginFrame and xrEndFrame,
-  /// the frame is ended, without a picture, before the problem is returned. Throws vulkan::Failure,
-  /// likewise after the end.
+  /// the frame is ended, without a picture, before the problem is returned.
   Outcome<FrameResult> run(const FrameParts& parts);
 
   /// The mask of this view changed: it is asked for again.

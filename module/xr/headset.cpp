@@ -23,10 +23,6 @@ BlendMode blend_of(XrEnvironmentBlendMode mode) {
   return mode == XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND ? BlendMode::kAlpha : BlendMode::kOpaque;
 }
 
-Problem of_device(const Error& error) {
-  return {Trouble::kNoGraphics, error.message, "the Vulkan device", 0};
-}
-
 }  // namespace
 
 const char* name(HeadsetState state) {
@@ -73,7 +69,6 @@ class Headset::Story {
   Done arrive();
   Done find_context();
   Done open_session();
-  Outcome<Round> round();
   void take(const Round& round);
   void fail(const Problem& problem, int64_t now_ns);
   void rest(HeadsetState state, const std::string& sentence);
@@ -105,18 +100,10 @@ void Headset::Story::step(int64_t now_ns) {
     const Done arrived = arrive();
     if (!arrived) return fail(arrived.error(), now_ns);
   }
-  const Outcome<Round> done = round();
+  const Outcome<Round> done = live->round(source);
   if (!done) return fail(done.error(), now_ns);
   take(*done);
   if (done->duty == Duty::kDropLost) fail(problem_of("xrPollEvent", XR_ERROR_SESSION_LOST), now_ns);
-}
-
-Outcome<Round> Headset::Story::round() {
-  try {
-    return live->round(source);
-  } catch (const vulkan::Failure& failure) {
-    return of_device(failure.error());
-  }
 }
 
 void Headset::Story::take(const Round& round) {
@@ -188,14 +175,10 @@ Done Headset::Story::find_context() {
 }
 
 Done Headset::Story::open_session() {
-  try {
-    auto made = LiveSession::make(*instance_, system_, context, options, colocation);
-    if (!made) return made.error();
-    live = std::move(*made);
-    if (report.sessions > 0) colocation.begin_session(runtime_restarted_);
-  } catch (const vulkan::Failure& failure) {
-    return of_device(failure.error());
-  }
+  auto made = LiveSession::make(*instance_, system_, context, options, colocation);
+  if (!made) return made.error();
+  live = std::move(*made);
+  if (report.sessions > 0) colocation.begin_session(runtime_restarted_);
   runtime_restarted_ = false;
   next_try_ns_ = INT64_MIN;
   ++report.sessions;

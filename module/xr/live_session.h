@@ -23,8 +23,7 @@ class LiveSession {
   LiveSession(const LiveSession&) = delete;
   LiveSession& operator=(const LiveSession&) = delete;
 
-  /// Polls events, obeys the session's state, and runs a frame if one is wanted. Throws
-  /// vulkan::Failure.
+  /// Polls events, obeys the session's state, and runs a frame if one is wanted.
   Outcome<Round> round(PictureSource& source);
   Done request_exit() { return session_.request_exit(); }
   Done vibrate(int hand, double amplitude);

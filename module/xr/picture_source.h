@@ -80,8 +80,9 @@ class PictureSource {
   /// Everything made on the device of the last use() must go: its work has ended.
   virtual void drop() noexcept = 0;
   /// Draws both eyes. The commands of the frame before have ended. The source records barriers for
-  /// its own resources, the caller those for the targets. May throw vulkan::Failure.
-  virtual Drawn record(const HeadsetFrame& frame, VkCommandBuffer commands) = 0;
+  /// its own resources, the caller those for the targets. Errors: kDeviceFailed, kOutOfMemory; they
+  /// are taken as kNoGraphics.
+  virtual Result<Drawn> record(const HeadsetFrame& frame, VkCommandBuffer commands) = 0;
 };
 
 }  // namespace palpate::xr

@@ -67,6 +67,10 @@ Problem problem_of(const char* call, XrResult result) {
   return {trouble, sentence(trouble), call, int(result)};
 }
 
+Problem of_device(const Error& error) {
+  return {Trouble::kNoGraphics, error.message, "the Vulkan device", 0};
+}
+
 std::string call_text(const Problem& problem) {
   return *problem.call ? std::string(problem.call) + " returned " + std::to_string(problem.result)
                        : std::string();

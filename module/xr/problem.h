@@ -30,6 +30,9 @@ struct Problem {
   int result = 0;         ///< its XrResult
 };
 
+/// What an error of the Vulkan device is for the headset: kNoGraphics.
+Problem of_device(const Error& error);
+
 /// "xrCreateInstance returned -51", for those who look for the cause; empty if no call failed.
 std::string call_text(const Problem& problem);
 /// The sentence of a problem; with_call: also the call that failed, where one did.

@@ -14,14 +14,6 @@ constexpr double kRaysAtLeast = 0.25;
 constexpr double kAtFirst = 0.5;
 constexpr double kUsualPeriod_s = 1.0 / 90.0;
 
-/// Throws the renderer's error, as the frame loop expects it.
-void check(const Status& status) {
-  if (status) return;
-  const bool memory = status.error().kind == ErrorKind::kOutOfMemory;
-  throw vulkan::Failure(memory ? VK_ERROR_OUT_OF_DEVICE_MEMORY : VK_ERROR_DEVICE_LOST,
-                        "drawing for the headset");
-}
-
 /// Whether the optics hide any of the frame's pixels.
 bool hides(const HeadsetFrame& frame) {
   return !frame.eyes[0].hidden->triangles.empty() || !frame.eyes[1].hidden->triangles.empty();
@@ -68,11 +60,9 @@ VolumeSource::DrawingResult VolumeSource::make(const std::shared_ptr<vulkan::Con
   const Status prepared = drawing->renderer->prepare(wanted.scene, wanted.eyes, wanted.masked);
   if (!prepared && prepared.error().kind != ErrorKind::kBadInput) return prepared.error();
   if (Repacker::needless(wanted.format)) return drawing;
-  try {
-    drawing->repacker = std::make_unique<Repacker>(context, wanted.format, wanted.most);
-  } catch (const vulkan::Failure& failure) {
-    return failure.error();
-  }
+  auto repacker = Repacker::make(context, wanted.format, wanted.most);
+  if (!repacker) return repacker.error();
+  drawing->repacker = std::move(*repacker);
   return drawing;
 }
 
@@ -87,11 +77,12 @@ void VolumeSource::start_making(Wanted wanted) {
   });
 }
 
-bool VolumeSource::prepare(const Scenery& scenery, const HeadsetFrame& frame, PictureSize most) {
+Result<bool> VolumeSource::prepare(const Scenery& scenery, const HeadsetFrame& frame,
+                                   PictureSize most) {
   if (making_.valid()) {
     if (making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
     DrawingResult made = making_.get();
-    if (!made) check(made.error());
+    if (!made) return made.error();
     drawing_ = std::move(*made);
   }
   const VkFormat format = frame.color.format;
@@ -107,15 +98,16 @@ bool VolumeSource::prepare(const Scenery& scenery, const HeadsetFrame& frame, Pi
   if (std::equal(volumes_.begin(), volumes_.end(), scenery.volumes.begin(), scenery.volumes.end()))
     return true;
   // Additions to known volumes, such as a step of motion, are small.
-  check(drawing_->renderer->set_volumes(scenery.volumes));
+  const Status set = drawing_->renderer->set_volumes(scenery.volumes);
+  if (!set) return set.error();
   volumes_.assign(scenery.volumes.begin(), scenery.volumes.end());
   return true;
 }
 
-Drawn VolumeSource::record(const HeadsetFrame& frame, VkCommandBuffer commands) {
+Result<Drawn> VolumeSource::record(const HeadsetFrame& frame, VkCommandBuffer commands) {
   trouble_.clear();
   const auto scenery = show_(frame);
-  if (!scenery || scenery->volumes.empty()) return {};
+  if (!scenery || scenery->volumes.empty()) return Drawn{};
   PictureSize full{int(frame.eyes[0].size.width), int(frame.eyes[0].size.height)};
   full.width = std::min(full.width, int(frame.eyes[1].size.width));
   full.height = std::min(full.height, int(frame.eyes[1].size.height));
@@ -129,7 +121,9 @@ Drawn VolumeSource::record(const HeadsetFrame& frame, VkCommandBuffer commands) 
     const double left_s = std::max(kShare * period_s - took.update_s, kRaysAtLeast * period_s);
     resolution_ = next_resolution(resolution_, took.rays_s, {.budget_s = left_s});
   }
-  if (!prepare(*scenery, frame, full)) return {};
+  const Result<bool> ready = prepare(*scenery, frame, full);
+  if (!ready) return ready.error();
+  if (!*ready) return Drawn{};
   const PictureSize wanted = scaled(full, resolution_.scale);
   size_ = {std::min(wanted.width, full.width), std::min(wanted.height, full.height)};
   const std::array<palpate::Eye, 2> eyes{eye_of(frame.eyes[0]), eye_of(frame.eyes[1])};
@@ -137,11 +131,14 @@ Drawn VolumeSource::record(const HeadsetFrame& frame, VkCommandBuffer commands) 
       drawing_->renderer->start(scenery->scene, eyes, size_, visible_of(frame, eyes));
   if (!started && started.error().kind == ErrorKind::kBadInput) {
     trouble_ = started.error().message;
-    return {};
+    return Drawn{};
   }
-  check(started);
+  if (!started) return started.error();
   unmeasured_ = true;
-  if (drawing_->repacker) drawing_->repacker->start(drawing_->renderer->colour(), size_);
+  if (drawing_->repacker) {
+    const Status repacked = drawing_->repacker->start(drawing_->renderer->colour(), size_);
+    if (!repacked) return repacked.error();
+  }
   return copy(frame, commands);
 }
 

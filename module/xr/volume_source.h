@@ -39,7 +39,7 @@ class VolumeSource final : public PictureSource {
 
   Status use(const std::shared_ptr<vulkan::Context>& context) override;
   void drop() noexcept override;
-  Drawn record(const HeadsetFrame& frame, VkCommandBuffer commands) override;
+  Result<Drawn> record(const HeadsetFrame& frame, VkCommandBuffer commands) override;
 
   /// Why the last frame that was asked for has no picture: a sentence, or nothing.
   const std::string& trouble() const { return trouble_; }
@@ -67,7 +67,7 @@ class VolumeSource final : public PictureSource {
   };
   static DrawingResult make(const std::shared_ptr<vulkan::Context>& context, const Wanted& wanted);
   /// True once there is a renderer with the scenery's volumes, for pictures of this format.
-  bool prepare(const Scenery& scenery, const HeadsetFrame& frame, PictureSize most);
+  Result<bool> prepare(const Scenery& scenery, const HeadsetFrame& frame, PictureSize most);
   void start_making(Wanted wanted);
   /// What of pictures of this size the optics let through; null where that is all.
   std::shared_ptr<const VisiblePixels> visible_of(const HeadsetFrame& frame,

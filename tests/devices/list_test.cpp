@@ -66,7 +66,8 @@ TEST(DeviceList, SaysWhereFirmwareComesFrom) {
   falcon.plug();
   const ListedDevice found = only();
   EXPECT_FALSE(found.usable);
-  EXPECT_THAT(found.wrong, HasSubstr("`falcon_firmware`"));
+  EXPECT_TRUE(found.lacks_firmware);
+  EXPECT_THAT(found.wrong, HasSubstr("driver disc"));
 }
 
 TEST(DeviceList, NamesTheUdevRuleWithoutPermission) {

@@ -15,6 +15,12 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
+std::vector<NoteKind> kinds_of(const ChosenWall& chosen) {
+  std::vector<NoteKind> kinds;
+  for (const Note& note : chosen.notes) kinds.push_back(note.kind);
+  return kinds;
+}
+
 /// A ball of 1000 in 0: at 500 its surface is closed.
 Volume clean_ball() {
   return test::frame_of(
@@ -46,8 +52,8 @@ TEST(ChooseWall, TakesTheSurfaceBetweenTheMainGroupsOfValues) {
   EXPECT_EQ(chosen->mode->strength(0.0), 0.0);
   EXPECT_NEAR(chosen->mode->strength(500.0), 2.0, 0.2);
   EXPECT_EQ(chosen->mode->friction(500.0), 0.2);
-  EXPECT_THAT(chosen->notes,
-              ElementsAre(HasSubstr("between the two main groups"), HasSubstr("that strokes")));
+  EXPECT_THAT(kinds_of(*chosen), ElementsAre(NoteKind::kSurfaceAt, NoteKind::kClosedSurface));
+  EXPECT_NEAR(chosen->notes[0].numbers[0], 500.0, 50.0);
 }
 
 TEST(ChooseWall, TakesWhatIsAsked) {
@@ -63,7 +69,7 @@ TEST(ChooseWall, TakesWhatIsAsked) {
   EXPECT_DOUBLE_EQ(chosen->mode->strength(700.0), 1.5);
   EXPECT_EQ(chosen->mode->strength(751.0), 3.0);
   EXPECT_EQ(chosen->mode->friction(0.0), 0.5);
-  EXPECT_THAT(chosen->notes, ElementsAre(HasSubstr("that strokes")));
+  EXPECT_THAT(kinds_of(*chosen), ElementsAre(NoteKind::kClosedSurface));
 
   choices.iso_value = 1001.0;
   const auto none = choose_wall(seen(clean_ball()), choices, true, "ball.mha");
@@ -83,7 +89,8 @@ TEST(ChooseWall, ReplacesASurfaceWithHolesOnlyWhereAMotionCarriesTheOther) {
   ASSERT_EQ(derived->segments.parts.size(), 1u);
   EXPECT_EQ(derived->segments.parts[0].strength_n, 4.0);
   EXPECT_EQ(derived->segments.parts[0].friction, 0.2);
-  EXPECT_THAT(derived->notes, ElementsAre(HasSubstr("no closed wall"), HasSubstr("is derived")));
+  EXPECT_THAT(kinds_of(*derived), ElementsAre(NoteKind::kSurfaceReplaced, NoteKind::kRegionWall));
+  EXPECT_GT(derived->notes[0].numbers[1], kClosedWall);
 
   SequenceChoices asks_for_values, asks_for_a_value, asks_for_a_width;
   asks_for_values.wall = FeltWall::kValues;
@@ -96,7 +103,7 @@ TEST(ChooseWall, ReplacesASurfaceWithHolesOnlyWhereAMotionCarriesTheOther) {
     ASSERT_TRUE(values) << values.error().message;
     EXPECT_TRUE(values->mode);
     EXPECT_FALSE(values->derived);
-    EXPECT_THAT(values->notes.back(), HasSubstr("no closed wall"));
+    EXPECT_EQ(kinds_of(*values).back(), NoteKind::kOpenSurface);
   }
 }
 
@@ -116,7 +123,10 @@ TEST(ChooseWall, DerivesWhatIsAsked) {
     EXPECT_EQ(chosen->segments.from,
               wall == FeltWall::kRegion ? SegmentsFrom::kRegion : SegmentsFrom::kRidges);
     EXPECT_EQ(chosen->segments.parts.at(0).strength_n, 2.0);
-    EXPECT_THAT(chosen->notes, ElementsAre(HasSubstr("in frame 3 ")));
+    const bool region = wall == FeltWall::kRegion;
+    EXPECT_THAT(kinds_of(*chosen),
+                ElementsAre(region ? NoteKind::kRegionWall : NoteKind::kRidgeWall));
+    EXPECT_EQ(chosen->notes[0].numbers[region ? 1 : 0], 3.0);
   }
 }
 
@@ -145,7 +155,7 @@ TEST(ChooseWall, GuidesAlongVectors) {
   EXPECT_EQ(usual->mode->strength(0.0), 0.0);
   EXPECT_NEAR(usual->mode->strength(500.0), 2.0, 1e-6);  // half of the longest
   EXPECT_EQ(usual->mode->strength(1000.0), 4.0);
-  EXPECT_THAT(usual->notes, ElementsAre(HasSubstr("These are vectors")));
+  EXPECT_THAT(kinds_of(*usual), ElementsAre(NoteKind::kAlongVectors));
 
   choices.iso_value = 200.0;  // a step
   const auto asked = choose_wall(lengths, choices, true, "flow.mha");

@@ -33,6 +33,7 @@ TEST(OpenSession, TakesTheOptionsOfTheLoop) {
   const auto prepared = prepare_session(with({{"max_force_n", 2.5},
                                               {"stiffness_n_per_m", 321.0},
                                               {"watchdog_s", 0.03},
+                                              {"max_hand_speed_m_per_s", 0.7},
                                               {"dead_man", true},
                                               {"real_time", false},
                                               {"core", 1},
@@ -45,6 +46,7 @@ TEST(OpenSession, TakesTheOptionsOfTheLoop) {
   EXPECT_EQ(prepared->scene.spec.stiffness_n_per_m, 321.0);
   EXPECT_EQ(safety.late_s, 0.03);
   EXPECT_EQ(prepared->options.servo.loop.watchdog_ns, 30'000'000);
+  EXPECT_EQ(safety.max_speed_m_per_s, 0.7);
   EXPECT_TRUE(safety.dead_man);
   EXPECT_EQ(prepared->options.servo.real_time.priority, 0);
   EXPECT_FALSE(prepared->options.servo.real_time.lock_memory);
@@ -62,6 +64,7 @@ TEST(OpenSession, HasTheUsualValuesWithoutOptions) {
   const SafetyOptions usual;
   const SafetyOptions& safety = prepared->options.haptics.safety;
   EXPECT_EQ(safety.max_force_n, prepared->scene.spec.max_force_n);
+  EXPECT_EQ(safety.max_speed_m_per_s, usual.max_speed_m_per_s);
   EXPECT_EQ(safety.late_s, 0.05);  // a simulated hand can not be hurt
   EXPECT_FALSE(safety.dead_man);
   EXPECT_FALSE(prepared->options.motion.open_context);

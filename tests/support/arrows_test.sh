@@ -50,11 +50,20 @@ only 'integration/files/scene' 'integration/files/scene/|integration/(x3d|loadin
 only 'module/haptics' 'module/haptics/|module/session/|integration/|tests/' compute module integration tests
 only 'module/' 'module/|integration/|tests/' compute module integration tests
 only 'tests/' 'tests/' compute module integration
-# Libraries name options of the session by their keys, as `device`: only the program knows its flags.
-flags=$(grep -rnE '"[^"]*(^|[^-!<])--[a-z][a-z-]+' --include='*.h' --include='*.cpp' compute module integration | grep -vE '^integration/app/|^[^:]*:[0-9]*: *///?' || true)
+
+# Libraries speak to every host: the names of command-line options stand in the program only.
+flags=$(grep -rnE '"([^"\\]|\\.)*--[a-z]' --include='*.h' --include='*.cpp' compute module integration | grep -v '^integration/app/' || true)
 if [[ -n $flags ]]; then
-  echo "Only integration/app may name options of the command line, but these do too:"
+  echo "Only integration/app may name an option of the program, but these texts do too:"
   echo "$flags"
+  failed=1
+fi
+
+# A device's failure is an exception inside compute/ and an error outside: vulkan::tried() is the border.
+failures=$(grep -rnwE 'Failure' --include='*.h' --include='*.cpp' module integration || true)
+if [[ -n $failures ]]; then
+  echo "Only compute/ may name vulkan::Failure, but these files do too:"
+  echo "$failures"
   failed=1
 fi
 exit $failed

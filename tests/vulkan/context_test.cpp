@@ -2,6 +2,8 @@
 
 #include "compute/vulkan/buffer.h"
 #include "compute/vulkan/image.h"
+#include "compute/vulkan/recorder.h"
+#include "compute/vulkan/tried.h"
 #include "tests/support/device.h"
 
 namespace palpate::test {
@@ -138,6 +140,62 @@ TEST(VulkanFailure, SaysWhatWentWrongWhileDoingWhatAndWhatToDo) {
   EXPECT_EQ(Failure(VK_ERROR_OUT_OF_HOST_MEMORY, "x").error().kind, ErrorKind::kOutOfMemory);
   EXPECT_NO_THROW(vulkan::check(VK_SUCCESS, "nothing"));
   EXPECT_THROW(vulkan::check(VK_ERROR_INITIALIZATION_FAILED, "starting"), Failure);
+}
+
+TEST(VulkanFailure, EndsWhereItIsTried) {
+  const auto fail = [] { vulkan::check(VK_ERROR_DEVICE_LOST, "drawing"); };
+  const Status nothing = vulkan::tried([&] { fail(); });
+  ASSERT_FALSE(nothing);
+  EXPECT_EQ(nothing.error().kind, ErrorKind::kDeviceFailed);
+  const Result<int> number = vulkan::tried([&] {
+    fail();
+    return 1;
+  });
+  EXPECT_FALSE(number);
+  const Result<int> result = vulkan::tried([&]() -> Result<int> {
+    fail();
+    return 1;
+  });
+  EXPECT_FALSE(result);
+  EXPECT_TRUE(vulkan::tried([] {}));
+  EXPECT_EQ(*vulkan::tried([] { return 2; }), 2);
+  const Result<int> refused = vulkan::tried([]() -> Result<int> {
+    return Error{ErrorKind::kBadInput, "no"};
+  });
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message, "no");
+  EXPECT_THROW((void)vulkan::tried([] { throw std::bad_alloc(); }), std::bad_alloc);
+}
+
+TEST_F(VulkanContext, SubmitsNothingToAQueueThatCanNotBeLocked) {
+  const std::shared_ptr<Context> own = open({});
+  vulkan::SharedDevice shared;
+  shared.instance = own->instance();
+  shared.physical_device = own->physical_device();
+  shared.device = own->device();
+  shared.queue_family = own->queue_family();
+  shared.queue = own->queue();
+  bool locks = true;
+  int locked = 0;
+  shared.lock_queue = [&]() -> Status {
+    if (!locks) return Error{ErrorKind::kDeviceFailed, "locking a queue that is gone"};
+    ++locked;
+    return Nothing{};
+  };
+  shared.unlock_queue = [&] { --locked; };
+  const auto context = Context::share(shared);
+  ASSERT_TRUE(context);
+  const Buffer words(*context, 64);
+  vulkan::Recorder recorder(*context, 1);
+  recorder.fill(words, 1);
+  EXPECT_TRUE(vulkan::tried([&] { recorder.run(); }));
+  EXPECT_EQ(locked, 0);
+  locks = false;
+  const Status refused = vulkan::tried([&] { recorder.run(); });
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, ErrorKind::kDeviceFailed);
+  EXPECT_THAT(refused.error().message, ::testing::HasSubstr("locking a queue that is gone"));
+  EXPECT_EQ(locked, 0);
 }
 
 }  // namespace

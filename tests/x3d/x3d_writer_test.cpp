@@ -185,6 +185,9 @@ TEST(X3dWriter, NamesWhatX3dCanNotSay) {
   scene.volumes[0].segments.files.clear();
   scene.volumes[0].segments.from = SegmentsFrom::kRegion;
   EXPECT_THAT(x3d_text(scene, "s.x3d")->notes, ElementsAre(HasSubstr("left out: segments.")));
+  scene = sayable();
+  scene.session = R"({"watchdog_s": 0.01})";
+  EXPECT_THAT(x3d_text(scene, "s.x3d")->notes, ElementsAre(HasSubstr("section session")));
   scene = heart_scene();
   EXPECT_THAT(x3d_text(scene, "s.x3d").error().message, HasSubstr("palpate phantom"));
   scene = sayable();

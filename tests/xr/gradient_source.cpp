@@ -1,6 +1,7 @@
 #include "tests/xr/gradient_source.h"
 
 #include <limits>
+#include <utility>
 
 namespace palpate::test {
 
@@ -18,12 +19,13 @@ void GradientSource::drop() noexcept {
   context_.reset();
 }
 
-xr::Drawn GradientSource::record(const xr::HeadsetFrame& frame, VkCommandBuffer commands) {
+Result<xr::Drawn> GradientSource::record(const xr::HeadsetFrame& frame, VkCommandBuffer commands) {
   ++frames;
   last = frame;
   hands = *frame.hands;
   hidden = frame.eyes[0].hidden->vertices;
   if (on_frame) on_frame(frame);
+  if (fails_once) return *std::exchange(fails_once, {});
   xr::Drawn drawn;
   drawn.color = with_color;
   if (!with_color) return drawn;

@@ -13,7 +13,7 @@ class GradientSource : public xr::PictureSource {
  public:
   Status use(const std::shared_ptr<vulkan::Context>& context) override;
   void drop() noexcept override;
-  xr::Drawn record(const xr::HeadsetFrame& frame, VkCommandBuffer commands) override;
+  Result<xr::Drawn> record(const xr::HeadsetFrame& frame, VkCommandBuffer commands) override;
 
   static uint32_t color_at(uint32_t eye, uint32_t x, uint32_t y) {
     return 0xff000000U | (eye ? 0xc00000U : 0x400000U) | (y & 0xffU) << 8U | (x & 0xffU);
@@ -22,8 +22,8 @@ class GradientSource : public xr::PictureSource {
     return eye ? 0.75F : 0.25F + float(y) * 0.001F;
   }
 
-  /// Called with each frame; may throw Failure.
-  std::function<void(const xr::HeadsetFrame&)> on_frame;
+  std::function<void(const xr::HeadsetFrame&)> on_frame;  ///< called with each frame
+  std::optional<Error> fails_once;                        ///< of the next record()
   bool with_color = true, with_depth = true;
   /// use() fails.
   bool refuse = false;

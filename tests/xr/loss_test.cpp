@@ -232,10 +232,7 @@ TEST_F(XrLoss, GoesOnAfterTheSourceOrItsDeviceFailed) {
   EXPECT_EQ(headset_report().problem.trouble, Trouble::kNoGraphics);
   source.refuse = false;
   EXPECT_EQ(recover(), HeadsetState::kFocused);
-  source.on_frame = [&](const xr::HeadsetFrame&) {
-    source.on_frame = nullptr;
-    throw vulkan::Failure(VK_ERROR_DEVICE_LOST, "drawing");
-  };
+  source.fails_once = Error{ErrorKind::kDeviceFailed, "The device was lost while drawing."};
   step();
   EXPECT_EQ(headset_report().state, HeadsetState::kWaiting);
   EXPECT_EQ(headset_report().problem.trouble, Trouble::kNoGraphics);

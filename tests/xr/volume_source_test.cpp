@@ -9,6 +9,7 @@
 #include "compute/vulkan/kernel.h"
 #include "module/scene/built_in.h"
 #include "module/scene/make_volume.h"
+#include "tests/toolkit/lost_device.h"
 #include "tests/xr/xr_fixture.h"
 
 namespace palpate::test {
@@ -98,6 +99,36 @@ TEST_F(VolumeSourceTest, HandsOverWhatTheRendererDrawsForEachEyeWithItsDepth) {
   EXPECT_NE(pictures[0].rgba, pictures[1].rgba);
   EXPECT_TRUE(headset.context()->validation_active());
   EXPECT_THAT(headset.context()->validation_messages(), ::testing::IsEmpty());
+}
+
+/// In each place where it may happen: while the renderer is made beside the frames, and in a frame.
+TEST_F(VolumeSourceTest, DrawsOnANewDeviceAfterItsOwnWasLost) {
+  const auto heart = small_heart();
+  ASSERT_TRUE(heart);
+  xr::VolumeSource drawing(showing(heart));
+  xr::Headset headset({}, drawing);
+  const auto step_until = [&](const auto& condition) {
+    for (int k = 0; k < 60'000 && !condition(); ++k) {
+      now_ns_ += 11'111'111;
+      headset.step(now_ns_);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return condition();
+  };
+  for (const bool in_a_frame : {false, true}) {
+    const uint64_t before = headset.report().drawn;
+    if (in_a_frame) {
+      ASSERT_TRUE(step_until([&] { return headset.report().drawn >= before + 2; }));
+    }
+    lose_vulkan_device();
+    ASSERT_TRUE(step_until([&] { return headset.report().state == xr::HeadsetState::kWaiting; }));
+    EXPECT_EQ(headset.report().problem.trouble, xr::Trouble::kNoGraphics);
+    EXPECT_THAT(headset.report().problem.message, ::testing::HasSubstr("lost"));
+    const uint64_t then = headset.report().drawn;
+    now_ns_ += 10'000'000'000;
+    EXPECT_TRUE(step_until([&] { return headset.report().drawn >= then + 2; }))
+        << headset.report().problem.message;
+  }
 }
 
 /// The left half of a view (side -1) or its right half, as triangles that extend beyond its edges.

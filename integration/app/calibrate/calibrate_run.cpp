@@ -14,6 +14,7 @@
 #include <sstream>
 #include <thread>
 
+#include "integration/app/advice.h"
 #include "integration/app/calibrate/tip_log.h"
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
@@ -66,11 +67,11 @@ class HandWatch final : public xr::PictureSource {
  public:
   Status use(const std::shared_ptr<vulkan::Context>&) override { return Nothing{}; }
   void drop() noexcept override {}
-  xr::Drawn record(const xr::HeadsetFrame& frame, VkCommandBuffer) override {
+  Result<xr::Drawn> record(const xr::HeadsetFrame& frame, VkCommandBuffer) override {
     hands = *frame.hands;
     time_s = 1e-9 * double(frame.display_time_ns);
     ++frames;
-    return {};
+    return xr::Drawn{};
   }
   xr::Hands hands;
   double time_s = 0.0;
@@ -195,7 +196,7 @@ class Calibrating {
   /// The live line about both tips while the user moves to a point.
   void live() {
     if (tips_.empty()) {
-      console_.live(fmt::format("the device: {}", sentence(log_.fault())), sentence(log_.fault()));
+      console_.live(fmt::format("the device: {}", advised(log_.fault())), advised(log_.fault()));
       return;
     }
     const glm::dvec3 tip = 1e3 * tips_.back().device_m;

@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "integration/app/choice/quantity.h"
-#include "integration/files/state_folder.h"
 #include "integration/files/atomic_file.h"
+#include "integration/files/state_folder.h"
 
 namespace palpate::app {
 

@@ -173,6 +173,14 @@ const char* const kEverything = R"({
   ]
 })";
 
+TEST(SceneFile, KeepsTheOptionsOfASession) {
+  const SceneSpec scene = accepted(scene_with(R"("session": {"watchdog_s": 0.01})"));
+  EXPECT_EQ(scene.session, R"({"watchdog_s":0.01})");
+  EXPECT_EQ(accepted(scene_text(scene)).session, scene.session);
+  EXPECT_THAT(scene_refusal(scene_with(R"("session": 3)")),
+              HasSubstr("session: the options of the session are expected"));
+}
+
 TEST(SceneFile, ReadsEveryKey) {
   const SceneSpec s = accepted(kEverything);
   EXPECT_EQ(s.stiffness_n_per_m, 700.5);

@@ -103,6 +103,7 @@ class Session:
         max_force_n: float | None = None,
         dead_man: bool | None = None,
         watchdog_s: float | None = None,
+        max_hand_speed_m_per_s: float | None = None,
         real_time: bool | None = None,
         core: int | None = None,
         tube_buttons: int | None = None,

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace palpate {
+
+/// What a note says, with its numbers and words in this order.
+enum class NoteKind : uint8_t {
+  kText,             ///< words: a whole sentence, on files or other things that nothing can change
+  kSurfaceAt,        ///< numbers: the iso-value that was found between the main groups of values
+  kClosedSurface,    ///< numbers: mm, and the share of places with an end or a hole within them
+  kOpenSurface,      ///< the same, of a surface that is no closed wall
+  kSurfaceReplaced,  ///< the same, where a derived wall is felt instead
+  kRegionWall,       ///< numbers: iso-value, frame, smoothing in mm, share of places with an end
+  kRidgeWall,        ///< numbers: frame, smoothing in mm, share of places with an end
+  kAlongVectors,     ///< numbers: the length with full force
+  kOwnBox,           ///< words: volume; numbers: its box, m, and the scene's (none: it gives none)
+  kStandsStill,      ///< words: "segmentation" or "wall", volume; numbers: frame
+  kAssumedTimes,     ///< words: volume; numbers: frames, s in which they are played
+  kDeviceOfScene,    ///< words: the device that the scene names, which does not give the force
+  kScaledDown,       ///< numbers: the share of its size
+};
+
+/// Something that a person should know of a scene: a choice that was made, or what is unusual of
+/// its data. A value, so that each program can say it in its own words.
+struct Note {
+  NoteKind kind = NoteKind::kText;
+  std::vector<double> numbers;
+  std::vector<std::string> words;
+};
+
+/// A note of words alone.
+Note text_note(std::string sentence);
+
+/// The note in one or two sentences that name no program's options.
+std::string note_text(const Note& note);
+
+}  // namespace palpate

@@ -1,0 +1,117 @@
+// What libraries say in neutral sentences, and what the program makes of it.
+#include "integration/app/advice.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace palpate::app {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+struct Advised {
+  Note note;
+  const char* neutral;
+  const char* program;
+};
+
+TEST(Advice, NamesTheProgramsOptionsWhereALibraryNamesNone) {
+  const Advised all[] = {
+      {{NoteKind::kSurfaceAt, {0.5}, {}},
+       "The surface to feel is put at 0.5, between the two main groups of values: an iso-value "
+       "says otherwise.",
+       "The surface to feel is put at 0.5, between the two main groups of values: --iso-value "
+       "says otherwise."},
+      {{NoteKind::kOpenSurface, {5.0, 0.336}, {}},
+       "This surface is no closed wall: at 34 % of its places it ends within 5 mm or has a hole "
+       "there, and a hand that strokes it falls through; feel a segmentation instead, or a wall "
+       "derived from the values (the wall 'region').",
+       "This surface is no closed wall: at 34 % of its places it ends within 5 mm or has a hole "
+       "there, and a hand that strokes it falls through; feel a segmentation instead (--segments), "
+       "or a wall derived from the values (--wall region)."},
+      {{NoteKind::kSurfaceReplaced, {5.0, 0.336}, {}},
+       "The iso-surface is no closed wall: at 34 % of its places it ends within 5 mm or has a "
+       "hole. (The wall 'values' is this surface all the same.)",
+       "The iso-surface is no closed wall: at 34 % of its places it ends within 5 mm or has a "
+       "hole. (--wall values feels it all the same.)"},
+      {{NoteKind::kAlongVectors, {12.0}, {}},
+       "These are vectors: the hand is guided along them, with full force at a length of 12; an "
+       "iso-value and a width say otherwise, and a scene file offers other modes.",
+       "These are vectors: the hand is guided along them, with full force at a length of 12; "
+       "--iso-value and --width say otherwise, and a scene file offers other modes."},
+      {{NoteKind::kAssumedTimes, {20.0, 1.0}, {"heart_cine"}},
+       "The times of the frames of heart_cine are not known: all 20 are played in 1 s; "
+       "frames_per_second says otherwise.",
+       "The times of the frames of heart_cine are not known: all 20 are played in 1 s; --fps says "
+       "otherwise."},
+      {{NoteKind::kDeviceOfScene, {}, {"FalconDevice"}},
+       "The scene names a FalconDevice: the program chooses the device that gives the force.",
+       "The scene names a FalconDevice: which device gives the force is said by --device."}};
+  for (const Advised& one : all) {
+    EXPECT_EQ(note_text(one.note), one.neutral);
+    EXPECT_EQ(advised(one.note), one.program);
+  }
+}
+
+TEST(Advice, LeavesNotesAsTheyAreThatNoOptionChanges) {
+  const std::pair<Note, const char*> all[] = {
+      {text_note("A spacing is odd."), "A spacing is odd."},
+      {{NoteKind::kClosedSurface, {5.0, 0.1}, {}},
+       "A hand that strokes this surface comes to its end or to a hole within 5 mm at 10 % of its "
+       "places."},
+      {{NoteKind::kRegionWall, {100.0, 3.0, 2.0, 0.05}, {}},
+       "The wall to feel is derived from the values: the border of what is brighter than 100, in "
+       "frame 3 smoothed by 2 mm. A hand that strokes it comes to an end at 5 % of its places."},
+      {{NoteKind::kRidgeWall, {3.0, 2.0, 0.05}, {}},
+       "The wall to feel is derived from the values: where the values rise most steeply, in frame "
+       "3 smoothed by 2 mm. A hand that strokes it comes to an end at 5 % of its places."},
+      {{NoteKind::kOwnBox, {0.1, 0.2, 0.3, 0.1, 0.2, 0.4}, {"heart"}},
+       "The grid of heart lies obliquely and keeps its proportions: its box is 0.1 x 0.2 x 0.3 m "
+       "(the scene gives 0.1 x 0.2 x 0.4 m)."},
+      {{NoteKind::kOwnBox, {0.1, 0.2, 0.3}, {"heart"}},
+       "The grid of heart lies obliquely and keeps its proportions: its box is 0.1 x 0.2 x 0.3 m "
+       "(the scene gives no dimensions)."},
+      {{NoteKind::kStandsStill, {7.0}, {"segmentation", "heart"}},
+       "The segmentation is that of frame 7: heart stands still there until one motion for all "
+       "frames is known."},
+      {{NoteKind::kScaledDown, {0.5}, {}},
+       "It is shown at 0.5 of its size so that the device reaches all of it."}};
+  for (const auto& [note, text] : all) {
+    EXPECT_EQ(note_text(note), text);
+    EXPECT_EQ(advised(note), text);
+  }
+}
+
+TEST(Advice, SaysWhatGivesADeviceItsFirmware) {
+  EXPECT_THAT(sentence(DeviceFault::kNoFirmware), Not(HasSubstr("--")));
+  EXPECT_EQ(advised(DeviceFault::kNoFirmware),
+            "The device needs its maker's firmware: give the file with --falcon-firmware.");
+  EXPECT_EQ(advised(DeviceFault::kUnplugged), sentence(DeviceFault::kUnplugged));
+  devices::ListedDevice listed;
+  listed.wrong = "Take it from the driver disc.";
+  EXPECT_EQ(advised(listed), "Take it from the driver disc.");
+  listed.lacks_firmware = true;
+  EXPECT_EQ(advised(listed),
+            "Take it from the driver disc and give it with --falcon-firmware FILE.");
+}
+
+TEST(Advice, SaysWhatWorksWithoutAWindow) {
+  const Error advised = advised_window({ErrorKind::kNoDevice, "No window: start a desktop"});
+  EXPECT_EQ(advised.kind, ErrorKind::kNoDevice);
+  EXPECT_EQ(advised.message,
+            "No window: start a desktop, or let it write pictures instead with --headless");
+}
+
+TEST(Advice, TellsWhatToDoAboutAHeadset) {
+  using Kind = headset::HeadsetEvent::Kind;
+  EXPECT_EQ(advised(headset::HeadsetEvent{Kind::kNote, "It is there."}), "It is there.");
+  EXPECT_EQ(advised(headset::HeadsetEvent{Kind::kNoPassThrough, "It shows no room."}),
+            "It shows no room: --pass-through does nothing.");
+  for (const Kind kind : {Kind::kNoCalibration, Kind::kOtherSpace, Kind::kMisplaced})
+    EXPECT_THAT(advised(headset::HeadsetEvent{kind, "It is elsewhere."}),
+                ::testing::MatchesRegex("It is elsewhere: .*'palpate calibrate.*\\."));
+}
+
+}  // namespace
+}  // namespace palpate::app
