@@ -17,10 +17,28 @@ done
 
 "$build/palpate" write-manual "$work/manual"
 /usr/bin/python3 "$here/commands.py" "$work/manual/man1" "$work/pages/reference"
-cp "$here/reference/python.md" "$work/pages/reference"
-# The header's own sections, in its order.
+cat >"$work/pages/reference/python.md" <<'PAGE'
+# Python module
+
+Made from the module's own documentation.
+
+```{eval-rst}
+.. automodule:: palpate
+   :members:
+```
+PAGE
 {
-  cat "$here/reference/c.md"
+  cat <<'PAGE'
+# C interface
+
+Made from [`palpate.h`](../integration/toolkit/palpate.h) and [`palpate_mode.h`](../integration/loading/palpate_mode.h). A mode in C has
+[a page of its own](../docs/writing-a-mode.md).
+
+```{doxygenfile} palpate.h
+:sections: briefdescription detaileddescription
+```
+PAGE
+  # The header's own sections, in its order.
   sed -nE 's|^/\* ---- (.*) ----.*|\1|p' "$source/integration/toolkit/palpate.h" | while read -r title; do
     printf '\n## %s\n\n```{doxygengroup} %s\n:content-only:\n:members:\n```\n' "${title^}" "$(sed -E 's/[^a-z]+/_/g' <<<"$title")"
   done

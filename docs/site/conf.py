@@ -17,6 +17,8 @@ myst_enable_extensions = ["deflist"]
 # As deep as other pages link to.
 myst_heading_anchors = 4
 # What GitHub shows without colours too.
+# Blocks without a language are commands and what they print.
+highlight_language = "text"
 suppress_warnings = ["myst.header", "misc.highlighting_failure"]
 
 breathe_projects = {"palpate": os.environ["PALPATE_XML"]}
@@ -44,22 +46,27 @@ contents = {
             "docs/using/cohort", "docs/openigtlink", "docs/scene-file", "docs/x3d", "docs/using/options", "docs/limits"],
     "Embed": ["docs/using/library", "docs/using/hosts", "docs/writing-a-mode", "docs/force-limits"],
     "Reference": ["reference/palpate", "reference/c", "reference/python"],
-    "Change": ["docs/architecture", "CONTRIBUTING", "docs/glossary", "docs/using/measure", "CHANGELOG"],
-    "Decisions": ["docs/decisions/haptics", "docs/motion-method", "docs/decisions/motion/README", "docs/decisions/motion-engine",
-                  "docs/decisions/files", "docs/decisions/view", "docs/decisions/devices", "docs/decisions/xr", "docs/decisions/library",
-                  "docs/decisions/command-line"],
+    "Change": ["docs/architecture", "docs/motion-method", "CONTRIBUTING", "docs/glossary", "docs/using/measure", "CHANGELOG"],
+    "Decisions": ["docs/decisions/haptics", "docs/decisions/motion-engine", "docs/decisions/files", "docs/decisions/view",
+                  "docs/decisions/devices", "docs/decisions/xr", "docs/decisions/library", "docs/decisions/command-line"],
     "Measurements": ["docs/benchmarks/two-core-lavapipe", "docs/benchmarks/two-core-hand", "docs/benchmarks/two-core-view",
                      "docs/benchmarks/two-core-chart", "docs/benchmarks/h100"],
 }
 
 
+def toctree(pages, caption=""):
+    """Markdown of a table of contents that is shown beside the page only."""
+    return "\n```{toctree}\n:hidden:\n" + (f":caption: {caption}\n" if caption else "") + "\n" + "\n".join(pages) + "\n```\n"
+
+
 def add_contents(app, name, source):
-    """README is GitHub's front page too, so the site's table of contents is not in it."""
-    if name != root_doc:
-        return
-    for caption, pages in contents.items():
-        there = [page for page in pages if (Path(app.srcdir) / (page + ".md")).exists()]
-        source[0] += f"\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n" + "\n".join(there) + "\n```\n"
+    """README is GitHub's front page too, so the site's table of contents is not in it; nor are the trials of the motion engine, which that
+    page lists in a table."""
+    if name == root_doc:
+        for caption, pages in contents.items():
+            source[0] += toctree([page for page in pages if (Path(app.srcdir) / (page + ".md")).exists()], caption)
+    elif name == "docs/decisions/motion-engine":
+        source[0] += toctree(re.findall(r"\]\((motion/[\w-]+)\.md\)", source[0]))
 
 
 def link_folder(app, env, node, content):
