@@ -4,6 +4,7 @@
 #include "integration/app/series_option.h"
 #include "integration/app/session_flags.h"
 #include "integration/files/scene/option_ranges.h"
+#include "integration/openigtlink/client.h"
 #include "module/scene/look.h"
 
 namespace palpate::app {
@@ -19,6 +20,9 @@ void add_tool(CLI::App& app, FeelCommand& command) {
   app.add_option_function<std::string>(
          "--tool",
          [&command](const std::string& place) {
+           if (!openigtlink::is_place(place))
+             throw CLI::ValidationError(
+                 "--tool", "'" + place + "' is no tracker's server: name it igtl://HOST:PORT");
            const Status set = running::set_option(command.request, "device", place);
            if (!set) throw CLI::ValidationError("--tool", set.error().message);
          },

@@ -57,7 +57,7 @@ Status open_tool(const SessionRequest& request, const SessionCallbacks& callback
 /// What comes from outside during a run is no part of a recording.
 Status check_recording(const SessionRequest& request) {
   if (request.record.empty() || !is_live(request)) return Nothing{};
-  return refused("What comes from a live source is no part of a recording");
+  return refused("What comes from a live source is no part of a recording: leave `record` out");
 }
 
 /// The device into `connected`, and what is known of it into `prepared`.

@@ -135,7 +135,7 @@ TEST(Feel, DerivesAWallWhereTheValuesHaveNone) {
 
   const Outcome plain = run({"plan", kCine / "frame_00.mha", "--wall", "values"});
   ASSERT_EQ(plain.exit_code, 0) << plain.err;
-  EXPECT_THAT(plain.out, AllOf(HasSubstr("felt by    surface"), HasSubstr("(the wall 'region')")));
+  EXPECT_THAT(plain.out, AllOf(HasSubstr("felt by    surface"), HasSubstr("--wall region")));
   // Two frames without motion: the wall stands still until the motion is estimated; without
   // estimation it is the wall of the values.
   const Outcome waits = run({"plan", kCine / "frame_00.mha", kCine / "frame_01.mha"});

@@ -121,9 +121,14 @@ TEST_F(VolumeSourceTest, DrawsOnANewDeviceAfterItsOwnWasLost) {
       ASSERT_TRUE(step_until([&] { return headset.report().drawn >= before + 2; }));
     }
     lose_vulkan_device();
-    ASSERT_TRUE(step_until([&] { return headset.report().state == xr::HeadsetState::kWaiting; }));
-    EXPECT_EQ(headset.report().problem.trouble, xr::Trouble::kNoGraphics);
-    EXPECT_THAT(headset.report().problem.message, ::testing::HasSubstr("lost"));
+    // Before its first frame the headset waits, too, without a problem.
+    ASSERT_TRUE(step_until([&] {
+      return headset.report().state == xr::HeadsetState::kWaiting &&
+             !headset.report().problem.message.empty();
+    }));
+    // The runtime submits to the device, too, and may be the first to see that it is lost.
+    EXPECT_THAT(headset.report().problem.trouble,
+                ::testing::AnyOf(xr::Trouble::kNoGraphics, xr::Trouble::kRefused));
     const uint64_t then = headset.report().drawn;
     now_ns_ += 10'000'000'000;
     EXPECT_TRUE(step_until([&] { return headset.report().drawn >= then + 2; }))
