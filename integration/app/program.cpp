@@ -12,6 +12,7 @@
 #include "integration/app/exit_code.h"
 #include "integration/app/overwrite.h"
 #include "integration/app/progress.h"
+#include "integration/app/version.h"
 
 namespace palpate::app {
 namespace {
@@ -113,8 +114,10 @@ CommandLine described_program(const std::string& about) {
   program.app = std::make_unique<CLI::App>(
       fmt::format("{}: {}\n{}", kProgramName, about, exit_codes_text()), kProgramName);
   program.app->require_subcommand(1);
-  program.app->set_version_flag("-V,--version",
-                                fmt::format("{} {}", kProgramName, PALPATE_VERSION));
+  // The flags are called after the whole line is parsed: --verbose may stand on either side.
+  program.app->set_version_flag("-V,--version", [app = program.app.get()] {
+    return version_text(kProgramName, app->get_option("--verbose")->count() > 0);
+  });
   return program;
 }
 
@@ -126,7 +129,10 @@ void add_commands(CommandLine& program, std::vector<Command> commands) {
     if (!one->get_group().empty())
       one->add_flag(
           "--verbose", *program.verbose,
-          "Also print details of the Vulkan device and the messages of the OpenXR loader");
+          std::string("Also print details of the Vulkan device and the messages of the OpenXR "
+                      "loader") +
+              (one == program.app.get() ? "; with --version the commit, the build and the driver"
+                                        : ""));
 }
 
 int run_program(int argc, char** argv) {

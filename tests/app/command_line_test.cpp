@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <regex>
 #include <thread>
 
 #include "tests/app/program.h"
@@ -142,6 +143,56 @@ TEST(CommandLine, VerboseSaysMoreOfTheDevice) {
   const Outcome before =
       run({"--verbose", "motion", heart, "-o", folder / "out", "--preset", "fast"});
   EXPECT_THAT(before.err, HasSubstr("driver "));
+}
+
+/// The first group of the first match of a pattern in a file of the source tree.
+std::string found_in(const std::string& file, const std::string& pattern) {
+  const std::string text = files::read_bytes(std::string(PALPATE_SOURCE_DIR) + "/" + file);
+  std::smatch found;
+  EXPECT_TRUE(std::regex_search(text, found, std::regex(pattern))) << pattern << " in " << file;
+  return found.size() > 1 ? found[1].str() : "";
+}
+
+TEST(CommandLine, TheVersionIsThatOfTheBuildTheHeaderAndTheChangelog) {
+  const std::string version =
+      found_in("CMakeLists.txt", "project\\(palpate VERSION ([0-9]+\\.[0-9]+\\.[0-9]+)");
+  EXPECT_EQ(run({"--version"}).out, "palpate " + version + "\n");
+  std::string header;
+  for (const char* part : {"MAJOR", "MINOR", "PATCH"})
+    header += (header.empty() ? "" : ".") +
+              found_in("integration/toolkit/palpate.h",
+                       std::string("#define PAL_VERSION_") + part + " ([0-9]+)");
+  EXPECT_EQ(header, version);
+  // Above it may stand what is not released yet.
+  EXPECT_EQ(found_in("CHANGELOG.md", "\n## ([0-9]+\\.[0-9]+\\.[0-9]+)"), version);
+}
+
+TEST(CommandLine, TheVersionWithVerboseSaysWhichCommitBuildAndDriver) {
+  const Outcome long_version = run({"--version", "--verbose"});
+  EXPECT_EQ(long_version.exit_code, 0);
+  EXPECT_THAT(long_version.out, StartsWith(run({"--version"}).out));
+  EXPECT_EQ(run({"--verbose", "-V"}).out, long_version.out);
+  const auto line = [&](const std::string& name) {
+    std::smatch found;
+    const bool has = std::regex_search(long_version.out, found, std::regex(name + " +(.*)\n"));
+    return has ? found[1].str() : "";
+  };
+  // A commit, a tag and the commits since, or neither where the source is no checkout.
+  EXPECT_TRUE(
+      std::regex_match(line("Commit"), std::regex("unknown|([^ ]+-g)?[0-9a-f]{7,40}(-dirty)?")))
+      << long_version.out;
+  EXPECT_TRUE(std::regex_match(line("Build"), std::regex("[A-Za-z]*, [A-Za-z]+ [0-9.]+.*")))
+      << long_version.out;
+  if (!has_device()) {
+    EXPECT_THAT(line("Device"), StartsWith("none: "));
+    return;
+  }
+  for (const auto& device : run({"devices", "--json"}).json()["vulkan"])
+    if (device["default"].get<bool>()) {
+      EXPECT_THAT(line("Device"), StartsWith(device["name"].get<std::string>()));
+      EXPECT_EQ(line("Driver"), device["driver"].get<std::string>() + ", Vulkan " +
+                                    device["vulkan"].get<std::string>());
+    }
 }
 
 /// A command that is valid but for the value of one option.

@@ -12,8 +12,8 @@
 #include "compute/vulkan/context.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/program.h"
+#include "integration/app/version.h"
 #include "integration/files/atomic_file.h"
-#include "lab_commit.h"
 #include "tests/lab/studies/measuring.h"
 #include "tests/lab/studies/other_load.h"
 
@@ -56,7 +56,7 @@ Status check_can_write(const RowFiles& files) {
 Rows::Rows(std::string command, const vulkan::Context* context)
     : command_(std::move(command)),
       about_{context ? context->info().name : processor(),
-             context ? context->info().driver : "none", kLabCommit,
+             context ? context->info().driver : "none", built_commit(),
              fmt::format("{:%Y-%m-%d}", fmt::localtime(std::time(nullptr))),
              std::thread::hardware_concurrency()} {
   fmt::print("{}, driver {}, {} threads, commit {}, {}\n", about_.device, about_.driver,

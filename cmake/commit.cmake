@@ -8,5 +8,5 @@ if(failed OR NOT commit)
 endif()
 # Touches the file only if the text is another, so that nothing is compiled in vain.
 file(CONFIGURE OUTPUT ${HEADER} CONTENT "#pragma once
-inline constexpr const char* kLabCommit = \"${commit}\";
+inline constexpr const char* kCommit = \"${commit}\";
 ")
