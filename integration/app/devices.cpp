@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "integration/app/advice.h"
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/force_device.h"
@@ -66,7 +65,7 @@ nlohmann::json device_json(const devices::ListedDevice& device) {
           {"place", info.place},
           {"usb_id", device.usb_id},
           {"usable", device.usable},
-          {"wrong", advised(device)},
+          {"wrong", with_flags(device.wrong)},
           {"notes", device.notes},
           {"max_force_n", info.max_force_n},
           {"max_stiffness_n_per_m", info.max_stiffness_n_per_m},
@@ -102,7 +101,7 @@ void print_hand(const devices::ListedDevice& device) {
                                      : fmt::format(", {} ({})", info.place, device.usb_id));
   if (const std::string words = abilities(info); device.usable && !words.empty())
     fmt::print("                   {}\n", words);
-  fmt::print("                   {}\n", device.usable ? "Ready." : advised(device));
+  fmt::print("                   {}\n", device.usable ? "Ready." : with_flags(device.wrong));
   if (!device.notes.empty()) fmt::print("                   {}\n", device.notes);
 }
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "integration/app/advice.h"
 #include "integration/app/feel_run.h"
 #include "integration/app/progress.h"
+#include "integration/app/session_flags.h"
 
 namespace palpate::app {
 namespace {
@@ -22,7 +22,7 @@ double us(int64_t ns) {
 
 std::string cause_line(const CauseTime& cause) {
   const std::string why =
-      cause.fault != DeviceFault::kNone ? advised(cause.fault) : sentence(cause.cause);
+      cause.fault != DeviceFault::kNone ? with_flags(sentence(cause.fault)) : sentence(cause.cause);
   return fmt::format("  {:<15} {:>7.2f} s, first at {:.2f} s: {}\n", word(cause.cause),
                      cause.seconds, cause.from_s, why);
 }
@@ -91,11 +91,11 @@ std::vector<std::string> scene_lines(const LoadedScene& scene, bool live) {
 }
 
 std::vector<std::string> notes_of(const LoadedScene& scene) {
-  const char* times_by = scene.from_sequence ? "--fps" : "frames_per_second in the scene";
   std::vector<std::string> notes;
-  for (const Note& note : scene.notes) notes.push_back(advised(note, times_by));
+  for (const Note& note : scene.notes) notes.push_back(note_text(note));
   for (const auto& volume : scene.data)
-    if (const auto note = assumed_times_note(*volume)) notes.push_back(advised(*note, times_by));
+    if (const auto note = assumed_times_note(*volume, !scene.from_sequence))
+      notes.push_back(note_text(*note));
   return notes;
 }
 
@@ -118,10 +118,11 @@ std::string live_text(const TickOutput& tick, const ServoStatistics& statistics,
   const uint64_t ticks = statistics.ticks.load();
   const double mean_ns = statistics.period.mean_ns();
   const char* state = state_text(tick);
-  return fmt::format("{:7.1f} s  {:5.0f} Hz  {:5.2f} N  phase {:5.2f}  {}{}", seconds,
-                     mean_ns > 0.0 && ticks > 1 ? 1e9 / mean_ns : 0.0,
-                     glm::length(tick.command.force_n), tick.first.frame + tick.first.phase, state,
-                     tick.cause == Cause::kDevice ? fmt::format(": {}", advised(tick.fault)) : "");
+  return fmt::format(
+      "{:7.1f} s  {:5.0f} Hz  {:5.2f} N  phase {:5.2f}  {}{}", seconds,
+      mean_ns > 0.0 && ticks > 1 ? 1e9 / mean_ns : 0.0, glm::length(tick.command.force_n),
+      tick.first.frame + tick.first.phase, state,
+      tick.cause == Cause::kDevice ? fmt::format(": {}", with_flags(sentence(tick.fault))) : "");
 }
 
 std::string summary_text(const FeelNumbers& n, const ServoStatistics& statistics,

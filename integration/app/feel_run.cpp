@@ -385,7 +385,7 @@ class FeelRun {
     else if (fault == DeviceFault::kNotOpened)
       console_.say("Second    no SpaceMouse is plugged in: the volume stays until one is");
     else
-      console_.say(fmt::format("Second    {}", advised(fault)));
+      console_.say(fmt::format("Second    {}", sentence(fault)));
   }
 
   /// Prints the session's events; called on a thread of the session.

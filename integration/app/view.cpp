@@ -61,7 +61,7 @@ Result<LoadedScene> shown_scene(const FeelCommand& command, Console& console) {
   callbacks.on_note = [&console](running::NoteSource, const std::string& note) {
     console.say("Live      " + note);
   };
-  auto read = running::read_scene(command.request, callbacks);
+  auto read = running::load_request(command.request, callbacks);
   if (!read) return read.error();
   return std::move(read->scene);
 }

@@ -21,7 +21,7 @@ using usb::UsbProblem;
 
 constexpr const char* kFirmwareMissing =
     "It has no firmware. palpate may not ship it: take the image from its maker's driver disc or "
-    "SDK.";
+    "SDK and give it with `falcon_firmware`.";
 constexpr const char* kNotHomed =
     "After power-up, pull the grip all the way out, then push it all the way in.";
 constexpr const char* kFromKernel =
@@ -60,11 +60,7 @@ void check_falcon(libusb_device* device, ListedDevice& listed) {
   falcon::FalconAnswer answer;
   if (problem == UsbProblem::kNone)
     problem = falcon::find_firmware(opened.handle.get(), stop, &answer);
-  listed.lacks_firmware = problem == UsbProblem::kTimedOut;
-  if (listed.lacks_firmware)
-    listed.wrong = kFirmwareMissing;
-  else
-    listed.wrong = wrong_of(problem);
+  listed.wrong = problem == UsbProblem::kTimedOut ? kFirmwareMissing : wrong_of(problem);
   if (problem == UsbProblem::kNone && answer.homed != falcon::kAllHomed)
     listed.notes += (listed.notes.empty() ? "" : " ") + std::string(kNotHomed);
 }

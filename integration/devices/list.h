@@ -10,12 +10,11 @@ namespace palpate::devices {
 /// A force device or a second hand that was found.
 struct ListedDevice {
   enum class Role { kForce, kSecondHand } role = Role::kForce;
-  DeviceInfo info;              ///< what it is, where it is, what it can do
-  std::string usb_id;           ///< "0403:cb48"; empty: not on the bus
-  bool usable = false;          ///< palpate can use it as it is
-  std::string wrong;            ///< one sentence: why not, and what to do; empty if usable
-  std::string notes = {};       ///< what else is to know, in sentences; often empty
-  bool lacks_firmware = false;  ///< why it is not usable: its firmware's file has to be given
+  DeviceInfo info;         ///< what it is, where it is, what it can do
+  std::string usb_id;      ///< "0403:cb48"; empty: not on the bus
+  bool usable = false;     ///< palpate can use it as it is
+  std::string wrong;       ///< one sentence: why not, and what to do; empty if usable
+  std::string notes = {};  ///< what else is to know, in sentences; often empty
 };
 
 struct DeviceList {

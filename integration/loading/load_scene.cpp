@@ -159,10 +159,10 @@ Result<LoadedScene> of_sequence(const std::vector<fs::path>& inputs, const Seque
   }
   spec.values = choices.values;
   spec.segments.files = choices.segments;
-  spec.segments.frame = choices.segments_frame;
+  // A derived wall is known in the frame that it is derived from.
+  if (!choices.segments.empty()) spec.segments.frame = choices.segments_frame;
   for (const std::string& name : choices.segment_names)
     spec.segments.parts.emplace_back().name = name;
-  // A derived wall is known in one frame, like a single segmentation.
   if (choices.wall == FeltWall::kRegion) spec.segments.from = SegmentsFrom::kRegion;
   if (choices.wall == FeltWall::kRidges) spec.segments.from = SegmentsFrom::kRidges;
   return loaded(std::move(scene), choices, doing);
@@ -227,8 +227,6 @@ Result<LoadedScene> load_scene(const std::vector<fs::path>& inputs, const Sequen
       for (VolumeSpec& volume : read->spec.volumes)
         if (volume.source.empty()) volume.values = choices.values;
     std::vector<Note> notes;
-    for (std::string& device : read->devices)
-      notes.push_back({NoteKind::kDeviceOfScene, {}, {std::move(device)}});
     for (std::string& note : read->notes) notes.push_back(text_note(std::move(note)));
     return of_spec(name, std::move(read->spec), choices, doing, std::move(notes));
   }

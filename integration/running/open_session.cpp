@@ -144,8 +144,9 @@ Status set_scene_options(SessionRequest& request, const SceneSpec& scene) {
   return Error{set.error().kind, "The scene's section session: " + set.error().message};
 }
 
-Result<ReadScene> read_scene(const SessionRequest& request, const SessionCallbacks& callbacks) {
-  ReadScene read;
+Result<RequestedScene> load_request(const SessionRequest& request,
+                                    const SessionCallbacks& callbacks) {
+  RequestedScene read;
   loading::SequenceChoices choices = request.sequence;
   if (!request.motion) choices.finds_motion = choices.holds_frames = false;
   if (is_live(request)) {
@@ -189,7 +190,7 @@ Result<PreparedSession> prepare_session(SessionRequest request, SessionHost host
       connected.live = std::move(*live);
     }
   } else {
-    auto read = read_scene(request, callbacks);
+    auto read = load_request(request, callbacks);
     if (!read) return read.error();
     prepared.scene = std::move(read->scene);
     connected.live = std::move(read->live);

@@ -27,7 +27,8 @@ struct SessionCallbacks {
 
 /// What a caller has that no option can say.
 struct SessionHost {
-  /// Read before by read_scene(), maybe for several sessions; empty: the request's inputs are read.
+  /// Read before by load_request(), maybe for several sessions; empty: the request's inputs are
+  /// read.
   std::optional<LoadedScene> scene;
   std::optional<Volume> first_frame;    ///< of that scene, if it is live
   std::unique_ptr<ForceDevice> device;  ///< of the host; null: as the request says
@@ -37,7 +38,7 @@ struct SessionHost {
 };
 
 /// A scene that was read, with the live source of its frames (null: none).
-struct ReadScene {
+struct RequestedScene {
   LoadedScene scene;
   std::unique_ptr<LiveSource> live;
 };
@@ -45,7 +46,8 @@ struct ReadScene {
 /// Reads the scene of a request: files, a built-in scene, or the first frame of a live source; and
 /// applies the request's options of the scene. Errors: kBadInput with one sentence; kNoDevice if a
 /// live source sends nothing. Any thread.
-Result<ReadScene> read_scene(const SessionRequest& request, const SessionCallbacks& callbacks);
+Result<RequestedScene> load_request(const SessionRequest& request,
+                                    const SessionCallbacks& callbacks);
 /// The same for a scene that was loaded otherwise: its options, in place.
 void apply_scene_options(const SessionRequest& request, LoadedScene& scene);
 

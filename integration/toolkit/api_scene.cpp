@@ -157,7 +157,7 @@ Result<LoadedScene> load_live(const running::SessionRequest& request, LiveOrigin
   if (openigtlink::is_place(path)) {
     if (!request.transform.empty() && request.movable)
       return refused("Either transforms of the server move the volume, or the host does");
-    auto read = running::read_scene(request, {});
+    auto read = running::load_request(request, {});
     if (!read) return read.error();
     origin.first = read->live->first();
     origin.is_server = true;
@@ -180,7 +180,7 @@ Result<LoadedScene> load_live(const running::SessionRequest& request, LiveOrigin
 /// Loads the scene that the host describes by paths or JSON.
 Result<LoadedScene> load(const PalSceneInfo& info, const running::SessionRequest& request) {
   if (!info.json) {
-    auto read = running::read_scene(request, {});
+    auto read = running::load_request(request, {});
     if (!read) return read.error();
     return std::move(read->scene);
   }
@@ -222,7 +222,8 @@ PalResult open_scene(PalContext* context, const PalSceneInfo* given, PalScene** 
   request->sequence.given.clear();  // the scene has what it needs of them
   content->request = std::move(*request);
   for (const auto& volume : content->scene.data)
-    if (auto note = assumed_times_note(*volume)) content->scene.notes.push_back(std::move(*note));
+    if (auto note = assumed_times_note(*volume, !content->scene.from_sequence))
+      content->scene.notes.push_back(std::move(*note));
   for (const Note& note : content->scene.notes) content->context->say(note_text(note).c_str());
   *scene = reinterpret_cast<PalScene*>(Handle<SceneContent>::make(std::move(content)));
   return PAL_OK;

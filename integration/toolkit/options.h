@@ -18,7 +18,8 @@ Status check_field(std::string_view name, double value, const files::NumberRange
 /// kBadInput for flags that are none of `known`.
 Status check_flags(std::string_view structure, uint32_t flags, uint32_t known);
 
-/// A number as JSON; one that is not finite as its name, which JSON has no number for.
+/// A number as JSON. JSON has no number that is not finite: those become the texts "nan", "inf" and
+/// "-inf", which set_option() refuses as it refuses numbers outside the range.
 nlohmann::json number(double value);
 
 /// Passes the fields of a structure to a request as options, and keeps the first error.

@@ -15,8 +15,6 @@ struct X3dScene {
   SceneSpec spec;  ///< it may have no modes: most X3D scenes are made for display
   /// A sentence each: nodes, fields and ROUTEs without effect here, with their names.
   std::vector<std::string> notes;
-  /// The nodes of certain devices that it names: which device gives the force is not for a scene.
-  std::vector<std::string> devices;
   /// The scene file and those that it names: other scenes, volumes, segmentations.
   std::vector<std::filesystem::path> files;
 };

@@ -624,7 +624,9 @@ class X3dSceneReader {
       }
       finish(*one);
       for (const Node& part : children(*one)) leave_out(part);
-      if (one->name() != "AnyDevice") scene_.devices.emplace_back(one->name());
+      if (one->name() == "AnyDevice") continue;
+      scene_.notes.push_back(fmt::format(
+          "The scene names a {}: which device gives the force is said by `device`.", one->name()));
     }
   }
 

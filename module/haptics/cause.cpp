@@ -107,7 +107,7 @@ const char* sentence(DeviceFault fault) noexcept {
       return "The device may not be opened by this user: install the udev rule and plug it in "
              "again.";
     case DeviceFault::kNoFirmware:
-      return "The device needs its maker's firmware: give its file.";
+      return "The device needs its maker's firmware: give the file with `falcon_firmware`.";
     case DeviceFault::kStarting:
       return "The device is being started.";
     case DeviceFault::kNotHomed:

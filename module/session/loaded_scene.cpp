@@ -6,11 +6,14 @@
 
 namespace palpate {
 
-std::optional<Note> assumed_times_note(const MovingVolume& volume) {
+std::optional<Note> assumed_times_note(const MovingVolume& volume, bool of_scene_file) {
   if (!volume.times.assumed) return std::nullopt;
   const auto frames = double(volume.times.times_s.size());
   const double step_s = volume.times.times_s[1] - volume.times.times_s[0];
-  return Note{NoteKind::kAssumedTimes, {frames, frames * step_s}, {volume.name}};
+  return Note{
+      NoteKind::kAssumedTimes,
+      {frames, frames * step_s},
+      {volume.name, of_scene_file ? "frames_per_second in the scene" : "`frames_per_second`"}};
 }
 
 void forget_motion(LoadedScene& scene) {

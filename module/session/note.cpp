@@ -33,8 +33,8 @@ std::string note_text(const Note& note) {
       return words.at(0);
     case NoteKind::kSurfaceAt:
       return fmt::format(
-          "The surface to feel is put at {:.4g}, between the two main groups of values: an "
-          "iso-value says otherwise.",
+          "The surface to feel is put at {:.4g}, between the two main groups of values: "
+          "`iso_value` says otherwise.",
           n.at(0));
     case NoteKind::kClosedSurface:
       return fmt::format(
@@ -45,12 +45,12 @@ std::string note_text(const Note& note) {
       return fmt::format(
           "This surface is no closed wall: at {:.0f} % of its places it ends within {:.2g} mm or "
           "has a hole there, and a hand that strokes it falls through; feel a segmentation "
-          "instead, or a wall derived from the values (the wall 'region').",
+          "instead (`segments`), or a wall derived from the values (`wall` region).",
           100.0 * n.at(1), n.at(0));
     case NoteKind::kSurfaceReplaced:
       return fmt::format(
           "The iso-surface is no closed wall: at {:.0f} % of its places it ends within {:.2g} mm "
-          "or has a hole. (The wall 'values' is this surface all the same.)",
+          "or has a hole. (`wall` values feels it all the same.)",
           100.0 * n.at(1), n.at(0));
     case NoteKind::kRegionWall:
       return derived_text(fmt::format("the border of what is brighter than {:.4g}", n.at(0)),
@@ -60,7 +60,7 @@ std::string note_text(const Note& note) {
     case NoteKind::kAlongVectors:
       return fmt::format(
           "These are vectors: the hand is guided along them, with full force at a length of "
-          "{:.4g}; an iso-value and a width say otherwise, and a scene file offers other modes.",
+          "{:.4g}; `iso_value` and `width` say otherwise, and a scene file offers other modes.",
           n.at(0));
     case NoteKind::kOwnBox:
       return fmt::format(
@@ -76,12 +76,8 @@ std::string note_text(const Note& note) {
     case NoteKind::kAssumedTimes:
       return fmt::format(
           "The times of the frames of {} are not known: all {:.0f} are played in {:.3g} s; "
-          "frames_per_second says otherwise.",
-          words.at(0), n.at(0), n.at(1));
-    case NoteKind::kDeviceOfScene:
-      return fmt::format(
-          "The scene names a {}: the program chooses the device that gives the force.",
-          words.at(0));
+          "{} says otherwise.",
+          words.at(0), n.at(0), n.at(1), words.at(1));
     case NoteKind::kScaledDown:
       return fmt::format("It is shown at {:.2g} of its size so that the device reaches all of it.",
                          n.at(0));

@@ -18,8 +18,7 @@ enum class NoteKind : uint8_t {
   kAlongVectors,     ///< numbers: the length with full force
   kOwnBox,           ///< words: volume; numbers: its box, m, and the scene's (none: it gives none)
   kStandsStill,      ///< words: "segmentation" or "wall", volume; numbers: frame
-  kAssumedTimes,     ///< words: volume; numbers: frames, s in which they are played
-  kDeviceOfScene,    ///< words: the device that the scene names, which does not give the force
+  kAssumedTimes,     ///< words: volume, what says the times; numbers: frames, s of all
   kScaledDown,       ///< numbers: the share of its size
 };
 
@@ -34,7 +33,8 @@ struct Note {
 /// A note of words alone.
 Note text_note(std::string sentence);
 
-/// The note in one or two sentences that name no program's options.
+/// The note in one or two sentences. Options of a session are named by their keys, as `iso_value`
+/// (integration/running/session_options.h), which the command line spells in its own way.
 std::string note_text(const Note& note);
 
 }  // namespace palpate

@@ -1,5 +1,8 @@
-// What libraries say in neutral sentences, and what the program makes of it.
+// What libraries say, with keys of options, and what the program makes of it.
 #include "integration/app/advice.h"
+#include "integration/app/session_flags.h"
+#include "module/haptics/device.h"
+#include "module/session/note.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,47 +13,27 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-struct Advised {
-  Note note;
-  const char* neutral;
-  const char* program;
-};
-
-TEST(Advice, NamesTheProgramsOptionsWhereALibraryNamesNone) {
-  const Advised all[] = {
+TEST(Advice, SpellsTheKeysOfOptionsInNotes) {
+  const std::pair<Note, const char*> all[] = {
       {{NoteKind::kSurfaceAt, {0.5}, {}},
-       "The surface to feel is put at 0.5, between the two main groups of values: an iso-value "
-       "says otherwise.",
        "The surface to feel is put at 0.5, between the two main groups of values: --iso-value "
        "says otherwise."},
       {{NoteKind::kOpenSurface, {5.0, 0.336}, {}},
-       "This surface is no closed wall: at 34 % of its places it ends within 5 mm or has a hole "
-       "there, and a hand that strokes it falls through; feel a segmentation instead, or a wall "
-       "derived from the values (the wall 'region').",
        "This surface is no closed wall: at 34 % of its places it ends within 5 mm or has a hole "
        "there, and a hand that strokes it falls through; feel a segmentation instead (--segments), "
        "or a wall derived from the values (--wall region)."},
       {{NoteKind::kSurfaceReplaced, {5.0, 0.336}, {}},
        "The iso-surface is no closed wall: at 34 % of its places it ends within 5 mm or has a "
-       "hole. (The wall 'values' is this surface all the same.)",
-       "The iso-surface is no closed wall: at 34 % of its places it ends within 5 mm or has a "
        "hole. (--wall values feels it all the same.)"},
       {{NoteKind::kAlongVectors, {12.0}, {}},
-       "These are vectors: the hand is guided along them, with full force at a length of 12; an "
-       "iso-value and a width say otherwise, and a scene file offers other modes.",
        "These are vectors: the hand is guided along them, with full force at a length of 12; "
        "--iso-value and --width say otherwise, and a scene file offers other modes."},
-      {{NoteKind::kAssumedTimes, {20.0, 1.0}, {"heart_cine"}},
-       "The times of the frames of heart_cine are not known: all 20 are played in 1 s; "
-       "frames_per_second says otherwise.",
+      {{NoteKind::kAssumedTimes, {20.0, 1.0}, {"heart_cine", "`frames_per_second`"}},
        "The times of the frames of heart_cine are not known: all 20 are played in 1 s; --fps says "
-       "otherwise."},
-      {{NoteKind::kDeviceOfScene, {}, {"FalconDevice"}},
-       "The scene names a FalconDevice: the program chooses the device that gives the force.",
-       "The scene names a FalconDevice: which device gives the force is said by --device."}};
-  for (const Advised& one : all) {
-    EXPECT_EQ(note_text(one.note), one.neutral);
-    EXPECT_EQ(advised(one.note), one.program);
+       "otherwise."}};
+  for (const auto& [note, text] : all) {
+    EXPECT_THAT(note_text(note), Not(HasSubstr("--")));
+    EXPECT_EQ(with_flags(note_text(note)), text);
   }
 }
 
@@ -79,21 +62,15 @@ TEST(Advice, LeavesNotesAsTheyAreThatNoOptionChanges) {
        "It is shown at 0.5 of its size so that the device reaches all of it."}};
   for (const auto& [note, text] : all) {
     EXPECT_EQ(note_text(note), text);
-    EXPECT_EQ(advised(note), text);
+    EXPECT_EQ(with_flags(note_text(note)), text);
   }
 }
 
-TEST(Advice, SaysWhatGivesADeviceItsFirmware) {
-  EXPECT_THAT(sentence(DeviceFault::kNoFirmware), Not(HasSubstr("--")));
-  EXPECT_EQ(advised(DeviceFault::kNoFirmware),
+TEST(Advice, SpellsKeysOfOptionsAndNothingElse) {
+  EXPECT_EQ(with_flags(sentence(DeviceFault::kNoFirmware)),
             "The device needs its maker's firmware: give the file with --falcon-firmware.");
-  EXPECT_EQ(advised(DeviceFault::kUnplugged), sentence(DeviceFault::kUnplugged));
-  devices::ListedDevice listed;
-  listed.wrong = "Take it from the driver disc.";
-  EXPECT_EQ(advised(listed), "Take it from the driver disc.");
-  listed.lacks_firmware = true;
-  EXPECT_EQ(advised(listed),
-            "Take it from the driver disc and give it with --falcon-firmware FILE.");
+  EXPECT_EQ(with_flags("`heart` is `wall`, `real_time` or ` alone"),
+            "`heart` is --wall, --no-real-time or ` alone");
 }
 
 TEST(Advice, SaysWhatWorksWithoutAWindow) {

@@ -41,5 +41,23 @@ TEST(LoadScene, DerivesTheWallOfTheReferenceFrame) {
     }
 }
 
+TEST(LoadScene, TakesTheFrameOfASegmentationForNoDerivedWall) {
+  SequenceChoices choices;
+  auto given = std::make_shared<GivenVolume>(*growing_ball(0));
+  given->motion.reset();
+  choices.given["ball"] = given;
+  choices.wall = FeltWall::kRegion;
+  choices.segments_frame = 2;
+  const auto scene = load_scene({"ball"}, choices);
+  ASSERT_TRUE(scene) << scene.error().message;
+  EXPECT_EQ(scene->spec.volumes.at(0).segments.frame, 0U);
+  const FrameData& wall_mm = *scene->data.at(0)->segments.at(0).distance_mm.at(0);
+  EXPECT_NEAR(wall_mm.scalar({1e-3 * test::kBallRadius_mm, 0.0, 0.0}), 0.0, 0.5);
+  // What stands still until the motion is known is the frame of the wall.
+  EXPECT_EQ(scene->data.at(0)->frames.size(), 1U);
+  EXPECT_NEAR(scene->data.at(0)->frames.at(0)->scalar({1e-3 * test::kBallRadius_mm, 0.0, 0.0}),
+              500.0, 60.0);
+}
+
 }  // namespace
 }  // namespace palpate::loading

@@ -299,7 +299,7 @@ TEST_F(Doors, TakeTheSameNumbers) {
         EXPECT_EQ(pal_last_error(), "The scene's section session: " + sentence);
       }
     }
-    // 0 is the default in a field, and no number of a person's where it is below the range.
+    // In a field 0 means the default, also where the range begins above it.
     if (in_field != fields.end()) {
       PAL_EXPECT_OK(in_field->second(0.0));
     }

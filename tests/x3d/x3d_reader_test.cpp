@@ -288,8 +288,9 @@ TEST(X3dReader, ReadsTheModesOfVhtkAndPalpate) {
   EXPECT_TRUE(spec.modes[2].leaving);
   EXPECT_EQ(spec.modes[2].strength(350.0), 1.0);
   EXPECT_TRUE(spec.modes[2].friction.is_stepped());
-  EXPECT_THAT(scene.devices, ElementsAre("FalconDevice"));
-  EXPECT_THAT(scene.notes, ElementsAre("Fields without effect here: FalconDevice.deviceName, "
+  EXPECT_THAT(scene.notes, ElementsAre("The scene names a FalconDevice: which device gives the "
+                                       "force is said by `device`.",
+                                       "Fields without effect here: FalconDevice.deviceName, "
                                        "VectorFrontShapeMode.snapdrag."));
 }
 

@@ -14,11 +14,11 @@
 #include <sstream>
 #include <thread>
 
-#include "integration/app/advice.h"
 #include "integration/app/calibrate/tip_log.h"
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/progress.h"
+#include "integration/app/session_flags.h"
 #include "integration/devices/calibration_hand.h"
 #include "integration/files/scene/calibration_file.h"
 #include "integration/headset/touch_taker.h"
@@ -196,7 +196,8 @@ class Calibrating {
   /// The live line about both tips while the user moves to a point.
   void live() {
     if (tips_.empty()) {
-      console_.live(fmt::format("the device: {}", advised(log_.fault())), advised(log_.fault()));
+      const std::string why = with_flags(sentence(log_.fault()));
+      console_.live("the device: " + why, why);
       return;
     }
     const glm::dvec3 tip = 1e3 * tips_.back().device_m;

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <fstream>
 
-#include "integration/app/advice.h"
 #include "integration/app/info/values.h"
 #include "integration/app/progress.h"
+#include "integration/app/session_flags.h"
 #include "integration/app/summary.h"
 #include "integration/files/dicom/dicom_frames.h"
 #include "integration/files/frame_source.h"
@@ -450,9 +450,8 @@ Result<Contents> contents_of_scene(const fs::path& path) {
     auto read = x3d::read_x3d(path);
     if (!read) return read.error();
     contents.format = "X3D";
-    for (const std::string& device : read->devices)
-      contents.more.emplace_back("Note", advised({NoteKind::kDeviceOfScene, {}, {device}}));
-    for (const std::string& note : read->notes) contents.more.emplace_back("Note", note);
+    for (const std::string& note : read->notes)
+      contents.more.emplace_back("Note", with_flags(note));
     scene = std::move(read->spec);
   } else {
     scene = files::read_scene(path);

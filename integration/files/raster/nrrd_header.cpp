@@ -363,10 +363,9 @@ Result<Raster> parse_nrrd_header(const std::filesystem::path& file, std::string_
   const auto header = split_nrrd_header(file, text);
   if (!header) return header.error();
   if (!header->key(kSequenceMotionKey).empty())
-    return bad_input(
-        file,
-        "is the motion of a whole sequence, not an image: name it as the fields of its "
-        "frames");
+    return bad_input(file,
+                     "is the motion of a whole sequence, not an image: name it with `fields`, or "
+                     "for 'palpate check' or 'palpate info'");
   const auto axes = nrrd_axes(file, *header);
   if (!axes) return axes.error();
   return nrrd_raster(file, *header, *axes, text.size());
