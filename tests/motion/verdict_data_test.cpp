@@ -203,9 +203,8 @@ Field scaled(Field u, glm::vec3 by) {
   return u;
 }
 
-/// Every second pair of breathing and every third of the heart's cycle, among them those with the
-/// largest motion. Where the error is known, "right" is below half a voxel. The other pairs are
-/// neighbours in a cycle, or its ends, whose labels agree well (heart_cine's README).
+/// Where the error is known, "right" is below half a voxel. The other pairs are neighbours in a
+/// cycle, or its ends, whose labels agree well (heart_cine's README).
 TEST_F(VerdictOnRealData, HasNoFalseAlarm) {
   int alarms = 0;
   const auto expect = [&](const std::string& name, const KnownPair& pair) {
@@ -215,10 +214,10 @@ TEST_F(VerdictOnRealData, HasNoFalseAlarm) {
   for (const char* name : kKit) expect(name, kit(name));
   expect("lung", lung());
   const Sequence breath = value_of(files::read_sequence({data_ / "lung" / "breathing.seq.nrrd"}));
-  for (size_t k = 1; k < breath.frames.size(); k += 2)
+  for (size_t k = 0; k < breath.frames.size(); ++k)
     expect("breathing " + std::to_string(k),
            {breath.frames[k], breath.frames[(k + 1) % 8], {}, {}});
-  for (int k = 1; k < 20; k += 3)
+  for (int k = 0; k < 20; ++k)
     expect("cine " + std::to_string(k), {cine(k), cine((k + 1) % 20), {}, {}});
   expect("cine 0 to 12", {cine(0), cine(12), {}, {}});
   expect("cine 12 to 0", {cine(12), cine(0), {}, {}});
@@ -261,7 +260,7 @@ TEST_F(VerdictOnRealData, NeverCallsTwoDifferentThingsOk) {
   int n = 0;
   for (const auto& [a, fixed] : all)
     for (const auto& [b, other] : all)
-      if (a != b && ++n % 4 == 0) expect(a + " and " + b, fixed, stretched(other, fixed.grid));
+      if (a != b && ++n % 2 == 0) expect(a + " and " + b, fixed, stretched(other, fixed.grid));
   for (const auto& [name, fixed] : all) {
     const glm::dvec3 last(fixed.grid.size - 1);
     expect(name + ", upside down", fixed,
@@ -273,7 +272,7 @@ TEST_F(VerdictOnRealData, NeverCallsTwoDifferentThingsOk) {
     for (float& value : inverted.values) value = -value;
     expect(name + ", contrast inverted", fixed, inverted);
   }
-  EXPECT_GE(failures, 38U);
+  EXPECT_GE(failures, 50U);
 }
 
 TEST_F(VerdictOnRealData, NeverCallsWhatIsLostOkNorNoiseNorNothing) {

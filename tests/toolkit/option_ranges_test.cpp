@@ -170,6 +170,16 @@ std::string scene_asking(const SessionOption& option, const std::string& value) 
                      text_with(option, value));
 }
 
+/// Two options are keys of a scene itself.
+bool is_key_of_scenes(const SessionOption& option) {
+  return option.key == "max_force_n" || option.key == "stiffness_n_per_m";
+}
+std::string scene_with(const SessionOption& option, double value) {
+  return fmt::format(R"({{"{}": {}, "volumes": [{{"name": "ball", "files": ["ball"]}}],
+                         "modes": [{{"volume": "ball", "strength": {{"pairs": [[0, 0], [500, 4]]}}}}]}})",
+                     option.key, value);
+}
+
 /// What Python says to each keyword of Session: "" where it is taken.
 std::map<std::string, std::string> python_says(const std::vector<std::string>& tried) {
   const files::TemporaryFolder folder;
@@ -263,6 +273,9 @@ TEST_F(Doors, TakeTheSameNumbers) {
       if (opens && has(option, running::kSceneFileDoor)) {
         PAL_EXPECT_OK(opens_asking(scene_asking(option, json_number(value))));
       }
+      if (is_key_of_scenes(option)) {
+        PAL_EXPECT_OK(opens_asking(scene_with(option, value)));
+      }
     }
     const std::vector<double> outside = refused(option);
     for (size_t k = 0; k < outside.size(); ++k) {
@@ -293,6 +306,15 @@ TEST_F(Doors, TakeTheSameNumbers) {
         const app::Outcome outcome = program(value);
         EXPECT_NE(outcome.exit_code, 0);
         EXPECT_THAT(outcome.err, Not(HasSubstr("/nowhere.mha")));
+        if (!is_whole(option)) {
+          const NumberRange shown =
+              per_unit == 1.0 ? option.range : files::in_unit(option.range, per_unit, "ms");
+          EXPECT_THAT(outcome.err, HasSubstr(files::text_of(shown)));
+        }
+      }
+      if (std::isfinite(value) && is_key_of_scenes(option)) {
+        EXPECT_EQ(opens_asking(scene_with(option, value)), PAL_BAD_INPUT);
+        EXPECT_THAT(pal_last_error(), HasSubstr(files::text_of(option.range)));
       }
       if (has(option, running::kSceneFileDoor)) {
         EXPECT_EQ(opens_asking(scene_asking(option, json_number(value))), PAL_BAD_INPUT);
