@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <regex>
 
 namespace palpate::app {
 
@@ -27,6 +29,17 @@ std::vector<std::string> feel(const std::string& what, const std::vector<std::st
 bool says(Program& program, const std::string& text, size_t from) {
   const auto said = [&] { return program.said().find(text, from) != std::string::npos; };
   return wait_until([&] { return program.ended() || said(); }) && said();
+}
+
+bool feels(Program& program, double force_n) {
+  static const std::regex force("([0-9.]+) N  phase");
+  const auto told = [&] {
+    const std::string said = program.said();
+    return std::any_of(std::sregex_iterator(said.begin(), said.end(), force),
+                       std::sregex_iterator(),
+                       [&](const std::smatch& found) { return std::stod(found[1]) > force_n; });
+  };
+  return wait_until([&] { return program.ended() || told(); }) && told();
 }
 
 static glm::dvec3 place(const Table& ticks, size_t row, const char* what) {

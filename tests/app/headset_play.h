@@ -24,6 +24,9 @@ std::string still_heart(const files::TemporaryFolder& folder);
 std::vector<std::string> feel(const std::string& what, const std::vector<std::string>& more);
 /// Waits until the program has printed `text` after `from`. False if it ends before.
 bool says(Program& program, const std::string& text, size_t from = 0);
+/// Waits until one of the lines that the program prints in each second tells more than this force.
+/// False if it ends before.
+bool feels(Program& program, double force_n);
 
 /// The place where the simulated hand waits in front of a scene, and where it meets the surface.
 struct Way {

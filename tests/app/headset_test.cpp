@@ -49,7 +49,9 @@ TEST_F(InAHeadset, AGrabbedVolumeDragsTheFeltOne) {
   const size_t held = frames();
   ASSERT_TRUE(wait_until([&] { return frames() > held + 5; }));
   headset.say("glide 1 " + text_of(towards_hand) + " 1");
+  // Contact begins before the volume is at its end: the grip is kept until the force is there.
   ASSERT_TRUE(says(program, "touching")) << program.said();
+  ASSERT_TRUE(feels(program, 0.5)) << program.said();
   headset.say(kSelect + std::string("0"));
   // On a busy machine a frame may have no picture.
   EXPECT_TRUE(wait_until([&] { return headset.ask()["depth"] == "1"; }));
