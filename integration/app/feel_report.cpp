@@ -114,6 +114,13 @@ const char* state_text(const TickOutput& tick) {
                                     : "free";
 }
 
+std::string work_text(double hand_work_j) {
+  const double size_j = std::abs(hand_work_j);
+  return fmt::format("the force did {:.2f} {} of work on the hand{}",
+                     size_j < 1.0 ? 1e3 * size_j : size_j, size_j < 1.0 ? "mJ" : "J",
+                     hand_work_j < 0.0 ? ", against its motion" : "");
+}
+
 std::string live_text(const TickOutput& tick, const ServoStatistics& statistics, double seconds) {
   const uint64_t ticks = statistics.ticks.load();
   const double mean_ns = statistics.period.mean_ns();
@@ -142,8 +149,11 @@ std::string summary_text(const FeelNumbers& n, const ServoStatistics& statistics
         "Motion    inverted in {} steps at most, to {:.2g} um; {} ticks with a frozen point\n",
         n.most_newton_steps, 1e6 * n.worst_residual_m, n.frozen);
   text += fmt::format(
-      "Energy    the scene gave {:.2f} mJ to the hand and took {:.2f} mJ; {:.2f} mJ were refused\n",
-      1e3 * energy.put_in_j, 1e3 * energy.dissipated_j, 1e3 * energy.refused_j);
+      "Energy    the scene gave {:.2f} mJ to the spring and took {:.2f} mJ; {:.2f} mJ were "
+      "refused\n"
+      "          {}\n",
+      1e3 * energy.put_in_j, 1e3 * energy.dissipated_j, 1e3 * energy.refused_j,
+      work_text(n.hand_work_j));
   text += fmt::format(
       "Loop      {} ticks; period median {:.0f}, p99.9 {:.0f}, most {:.0f} us\n"
       "          tick median {:.2f}, p99.99 {:.1f} us; device median {:.1f} us; {} periods "
@@ -164,6 +174,12 @@ std::string summary_text(const FeelNumbers& n, const ServoStatistics& statistics
   if (!n.causes.empty()) {
     text += "When the force was not the scene's\n";
     for (const CauseTime& cause : n.causes) text += cause_line(cause);
+  }
+  if (!n.held.empty()) {
+    text += "What held the force back\n";
+    for (const running::LimiterTime& of : n.held)
+      text += fmt::format("  {:<15} {:>7.2f} s, {:.2f} N at most: {}\n", word(of.limiter),
+                          of.seconds, of.most_n, sentence(of.limiter));
   }
   return text;
 }

@@ -19,6 +19,7 @@ constexpr double kZoom = 0.90;           // of the distance, per notch or key
 constexpr double kNotch = 1.0 / 40.0;    // of the ball around the volumes, per notch of the wheel
 constexpr double kScrubStep = 1.0 / 40;  // of the sequence
 constexpr int kPlotWidth = 330, kPlotHeight = 160, kEdge = 14;
+constexpr double kToldWork_j = 0.1;  // a scene that does as much work on the hand tells it
 constexpr std::chrono::milliseconds kFrame{15};  // where the display does not make it wait
 
 }  // namespace
@@ -189,6 +190,8 @@ void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   if (!note.empty()) lines.push_back(note);
   if (view_.look != "auto") lines.push_back("look: " + view_.look);
   if (view_.hand && tick.cause != Cause::kNone) lines.push_back(sentence(tick.cause));
+  if (view_.hand && tick.hand_work_j >= kToldWork_j)
+    lines.push_back(fmt::format("work on the hand: {:.1f} J", tick.hand_work_j));
   const std::string text = fmt::format("{}", fmt::join(lines, "\n"));
   if (text != note_text_ || scale != help_scale_) note_ = draw_note(scene_name_, lines, scale);
   note_text_ = text;

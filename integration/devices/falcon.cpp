@@ -346,6 +346,8 @@ DeviceInfo falcon_info() {
   info.kind = "falcon";
   info.name = "Novint Falcon";
   info.max_force_n = falcon::kForceEverywhere;
+  // Its maker states nothing. Small motors with their peak force for minutes are not tried here.
+  info.continuous_force_n = falcon::kForceEverywhere / 3.0;
   info.max_stiffness_n_per_m = 3000.0;  // what CHAI3D gives it with
   info.workspace_centre_m = falcon::kWorkspaceCentre;
   info.workspace_radius_m = falcon::kWorkspaceRadius;

@@ -39,6 +39,7 @@ uint32_t buttons(const Json& j) {
 
 Json json_of(const DeviceInfo& d) {
   return {{"max_force_n", d.max_force_n},
+          {"continuous_force_n", d.continuous_force_n},
           {"max_stiffness_n_per_m", d.max_stiffness_n_per_m},
           {"centre_m", {d.workspace_centre_m.x, d.workspace_centre_m.y, d.workspace_centre_m.z}},
           {"radius_m", d.workspace_radius_m},
@@ -58,6 +59,10 @@ Json json_of(const SafetyOptions& safety) {
 DeviceInfo device_of(const Json& j) {
   DeviceInfo device;
   device.max_force_n = not_below_zero(j.at("max_force_n"));
+  // An older recording's motors were taken to hold a third of their most.
+  device.continuous_force_n = j.contains("continuous_force_n")
+                                  ? not_below_zero(j.at("continuous_force_n"))
+                                  : device.max_force_n / 3.0;
   device.max_stiffness_n_per_m = not_below_zero(j.at("max_stiffness_n_per_m"));
   const Json& centre = j.at("centre_m");
   device.workspace_centre_m = {finite(centre.at(0)), finite(centre.at(1)), finite(centre.at(2))};

@@ -1,6 +1,7 @@
 #include "integration/running/feel_numbers.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace palpate::running {
 namespace {
@@ -18,7 +19,7 @@ void count_cause(FeelNumbers& numbers, const TickRow& row) {
 
 }  // namespace
 
-void FeelCounter::add(const TickRow& row) {
+void FeelCounter::add(const TickRow& row, const ForceLedger& ledger, double hand_work_j) {
   const double dt = std::clamp(row.dt_s, 0.0, 0.1);
   sums_.seconds += dt;
   const double force = glm::length(row.force_n);
@@ -33,6 +34,14 @@ void FeelCounter::add(const TickRow& row) {
   sums_.most_newton_steps = std::max(sums_.most_newton_steps, int(row.newton_steps));
   sums_.frozen += row.frozen;
   count_cause(sums_, row);
+  sums_.hand_work_j = hand_work_j;
+  sums_.unexplained_n = std::max(sums_.unexplained_n, glm::distance(ledger.left_n(), row.force_n));
+  for (size_t k = 0; k < kLimiters; ++k) {
+    const double held_n = glm::length(ledger.held_n[k]);
+    held_[k].limiter = Limiter(k);
+    held_[k].seconds += held_n > kHeldBack_n ? dt : 0.0;
+    held_[k].most_n = std::max(held_[k].most_n, held_n);
+  }
 }
 
 FeelNumbers FeelCounter::numbers() const {
@@ -42,6 +51,8 @@ FeelNumbers FeelCounter::numbers() const {
   numbers.latest_s = change_.latest_s();
   numbers.late_change_n = change_.largest_late_n();
   if (numbers.touched_s > 0.0) numbers.mean_force_n /= numbers.touched_s;
+  std::copy_if(held_.begin(), held_.end(), std::back_inserter(numbers.held),
+               [](const LimiterTime& of) { return of.seconds > 0.0; });
   std::sort(numbers.causes.begin(), numbers.causes.end(),
             [](const CauseTime& a, const CauseTime& b) { return a.seconds > b.seconds; });
   return numbers;

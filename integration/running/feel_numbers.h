@@ -35,6 +35,14 @@ struct CauseTime {
   double from_s = 0.0;  ///< first
 };
 
+/// A limiter that held force back, and how much.
+struct LimiterTime {
+  Limiter limiter = Limiter::kOff;
+  double seconds = 0.0;  ///< with more than kHeldBack_n
+  double most_n = 0.0;
+};
+inline constexpr double kHeldBack_n = 0.005;
+
 /// Numbers of a run, computed from its ticks.
 struct FeelNumbers {
   double seconds = 0.0, touched_s = 0.0;
@@ -48,15 +56,20 @@ struct FeelNumbers {
   int most_newton_steps = 0;
   uint64_t frozen = 0;            ///< ticks whose motion could not be inverted
   std::vector<CauseTime> causes;  ///< all but none, longest first
+  double hand_work_j = 0.0;       ///< that all forces did on the hand
+  /// the largest part of the spring's force that no limiter accounts for; 0 but for rounding
+  double unexplained_n = 0.0;
+  std::vector<LimiterTime> held;  ///< those with some seconds, in the order of the limiters
 };
 
 /// Computes the numbers of a run tick by tick; its memory does not grow. One thread at a time.
 class FeelCounter {
  public:
-  void add(const TickRow& row);
+  void add(const TickRow& row, const ForceLedger& ledger, double hand_work_j);
   FeelNumbers numbers() const;
 
  private:
+  std::array<LimiterTime, kLimiters> held_;
   FeelNumbers sums_;  ///< mean_force_n contains the integral of the force over time, N s
   ForceChange change_;
 };

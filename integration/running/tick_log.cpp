@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "compute/vulkan/caught.h"
 #include "integration/files/sentences.h"
 
@@ -11,7 +13,18 @@ namespace {
 constexpr const char* kHeader =
     "t_s,dt_s,force_x_n,force_y_n,force_z_n,wanted_x_n,wanted_y_n,wanted_z_n,probe_x_m,probe_y_m,"
     "probe_z_m,proxy_x_m,proxy_y_m,proxy_z_m,frame_and_phase,contact,frozen,newton_steps,"
-    "residual_m,scene_energy_j,cause,device_fault\n";
+    "residual_m,scene_energy_j,cause,device_fault,hand_work_j,asked_x_n,asked_y_n,asked_z_n";
+
+/// The header's line: at its end three columns for each limiter, with '_' for '-'.
+std::string header() {
+  std::string line = kHeader;
+  for (size_t k = 0; k < kLimiters; ++k) {
+    std::string name = word(Limiter(k));
+    std::replace(name.begin(), name.end(), '-', '_');
+    for (const char axis : {'x', 'y', 'z'}) line += fmt::format(",{}_{}_n", name, axis);
+  }
+  return line + "\n";
+}
 
 }  // namespace
 
@@ -21,7 +34,7 @@ Result<std::unique_ptr<TickLog>> TickLog::start(const std::filesystem::path& csv
   if (!csv.empty()) {
     log->file_.reset(std::fopen(csv.c_str(), "w"));
     if (!log->file_) return files::bad_output(csv, "can not be written: name a place that can");
-    log->failed_ = std::fputs(kHeader, log->file_.get()) < 0;
+    log->failed_ = std::fputs(header().c_str(), log->file_.get()) < 0;
   }
   return log;
 }
@@ -44,24 +57,29 @@ void TickLog::hear(const TickInput& input, const TickOutput& output) noexcept {
   row.newton_steps = output.newton_steps;
   row.in_contact = output.command.in_contact;
   row.frozen = output.frozen;
-  counter_.add(row);
+  counter_.add(row, output.ledger, output.hand_work_j);
   history_.add(row);
   // The memory may be full.
   if (file_)
     failed_ |= !caught([&]() -> Status {
-      write(row);
+      write(row, output);
       return Nothing{};
     });
 }
 
-void TickLog::write(const TickRow& r) {
-  const std::string line = fmt::format(
+void TickLog::write(const TickRow& r, const TickOutput& output) {
+  std::string line = fmt::format(
       "{:.6f},{:.6f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.7f},{:.7f},{:.7f},{:.7f},{:.7f},"
-      "{:.7f},{:.5f},{:d},{:d},{},{:.3e},{:.3e},{},{}\n",
+      "{:.7f},{:.5f},{:d},{:d},{},{:.3e},{:.3e},{},{},{:.7g}",
       r.time_s, r.dt_s, r.force_n.x, r.force_n.y, r.force_n.z, r.wanted_n.x, r.wanted_n.y,
       r.wanted_n.z, r.probe_m.x, r.probe_m.y, r.probe_m.z, r.proxy_m.x, r.proxy_m.y, r.proxy_m.z,
       r.pointer, r.in_contact, r.frozen, r.newton_steps, r.residual_m, r.scene_energy_j,
-      word(r.cause), int(r.fault));
+      word(r.cause), int(r.fault), output.hand_work_j);
+  // As many digits as a double needs, so that who adds them up finds the force to its last digit.
+  const auto add = [&line](glm::dvec3 n) { line += fmt::format(",{},{},{}", n.x, n.y, n.z); };
+  add(output.ledger.asked_n);
+  for (const glm::dvec3& held : output.ledger.held_n) add(held);
+  line += '\n';
   failed_ |= std::fwrite(line.data(), 1, line.size(), file_.get()) != line.size();
 }
 

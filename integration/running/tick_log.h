@@ -30,7 +30,7 @@ class TickLog final : public TickListener {
   struct CloseTable {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
-  void write(const TickRow& row);
+  void write(const TickRow& row, const TickOutput& output);
 
   std::filesystem::path path_;
   std::unique_ptr<std::FILE, CloseTable> file_;

@@ -94,6 +94,7 @@ PalResult take_info(const PalDeviceInfo* given, DeviceInfo& info) {
   info.kind = "host";
   info.name = host.name ? host.name : "host";
   info.max_force_n = host.max_force_n;
+  info.continuous_force_n = host.continuous_force_n;
   info.max_stiffness_n_per_m = host.max_stiffness_n_per_m;
   info.workspace_radius_m = host.workspace_radius_m;
   info.resolution_m = host.resolution_m;
@@ -103,8 +104,8 @@ PalResult take_info(const PalDeviceInfo* given, DeviceInfo& info) {
   const auto sound = [](double number) { return std::isfinite(number) && number >= 0.0; };
   const glm::dvec3 centre = info.workspace_centre_m;
   if (!(info.max_force_n > 0.0) || !(info.workspace_radius_m > 0.0) || !sound(info.max_force_n) ||
-      !sound(info.workspace_radius_m) || !sound(info.max_stiffness_n_per_m) ||
-      !sound(info.resolution_m) || !sound(info.delay_s) ||
+      !sound(info.continuous_force_n) || !sound(info.workspace_radius_m) ||
+      !sound(info.max_stiffness_n_per_m) || !sound(info.resolution_m) || !sound(info.delay_s) ||
       !std::isfinite(centre.x + centre.y + centre.z))
     return failed(PAL_BAD_INPUT,
                   {"PalDeviceInfo: max_force_n and workspace_radius_m must be above 0, the other "
@@ -277,15 +278,20 @@ PalResult both_sent(SessionContent& of_session, const ControlEvent& first,
 }
 
 void fill(PalState& state, SessionContent& of_session) {
-  const SceneSnapshot snapshot = of_session.snapshot();
+  const auto [snapshot, tick] = of_session.snapshot_and_tick();
   const Session& session = of_session.session();
+  const glm::dquat world_from_device = session.scene()->world_from_device.rotation;
+  const auto in_world = [&](glm::dvec3 device_n, double(&world_n)[3]) {
+    const glm::dvec3 n = world_from_device * device_n;
+    for (int a = 0; a < 3; ++a) world_n[a] = n[a];
+  };
   state.in_contact = snapshot.in_contact;
   state.time_ns = snapshot.now_ns;
   for (int a = 0; a < 3; ++a) {
     state.hand_m[a] = snapshot.probe_m[a];
     state.proxy_m[a] = snapshot.proxy_m[a];
-    state.force_n[a] = snapshot.force_n[a];
   }
+  in_world(tick.command.force_n, state.force_n);
   const bool is_scene = snapshot.cause == Cause::kNone;
   state.cause = is_scene ? "" : word(snapshot.cause);
   state.cause_sentence = is_scene ? "" : sentence(snapshot.cause);
@@ -307,7 +313,16 @@ void fill(PalState& state, SessionContent& of_session) {
   state.frames_felt = live.felt;
   state.frame_delay_s = live.delay_median_s;
   state.frame_cycle_s = live.cycle_s;
+  state.hand_work_j = tick.hand_work_j;
+  in_world(tick.ledger.asked_n, state.asked_n);
+  state.limiter_count = uint32_t(kLimiters);
+  state.reserved = 0;
+  for (size_t k = 0; k < kLimiters; ++k) {
+    state.limiters[k].word = word(Limiter(k));
+    in_world(tick.ledger.held_n[k], state.limiters[k].held_n);
+  }
 }
+static_assert(size_t(PAL_MOST_LIMITERS) >= kLimiters);
 static_assert(int(PAL_MOST_VOLUMES) == SceneSnapshot::kMostVolumes);
 
 void fill(PalVolumeState& state, const VolumeSnapshot& volume) {

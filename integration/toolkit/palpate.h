@@ -473,6 +473,9 @@ typedef struct PalDeviceInfo {
   double workspace_radius_m; /* more than 0; forces fade out at this radius */
   double resolution_m;       /* of the position; 0: not known */
   double delay_s;            /* from taking a position to its force on the motors; 0: not known */
+  /* what its motors hold for ever, N; 0: not stated, and no force is lowered because of their heat
+   */
+  double continuous_force_n;
 } PalDeviceInfo;
 
 enum {
@@ -624,7 +627,7 @@ typedef struct PalTick {
    free. [RT] */
 PAL_API PalResult pal_haptics_tick(PalSession* session, const PalTick* tick, double force_n[3]);
 
-enum { PAL_MOST_VOLUMES = 8 };
+enum { PAL_MOST_VOLUMES = 8, PAL_MOST_LIMITERS = 16 };
 
 /* The newest haptic frame. */
 typedef struct PalState {
@@ -649,6 +652,17 @@ typedef struct PalState {
      them is felt, its length; else 0. */
   uint64_t frames_received, frames_felt;
   double frame_delay_s, frame_cycle_s;
+  /* Where the newtons of the frame went, along the world's axes: asked_n (of the spring between
+     hand and proxy, had nothing limited it) minus all held_n is force_n. The word of a limiter is
+     static text ("first-contact"); docs/force-limits.md explains each. hand_work_j: the work that
+     all forces so far did on the hand; negative where the hand worked. */
+  double hand_work_j;
+  double asked_n[3];
+  uint32_t limiter_count, reserved; /* reserved: 0 */
+  struct {
+    const char* word;
+    double held_n[3];
+  } limiters[PAL_MOST_LIMITERS];
 } PalState;
 
 /* Gives the newest haptic frame. May wait shortly for other threads that read the session's state;

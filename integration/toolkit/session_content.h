@@ -54,6 +54,13 @@ class SessionContent {
     session().newest(SnapshotReader::kPictures, snapshot_);
     return snapshot_;
   }
+  /// The same, with the forces of that tick. Before the first one: as it was made.
+  std::pair<SceneSnapshot, TickOutput> snapshot_and_tick() {
+    const std::lock_guard lock(mutex_);
+    session().newest(SnapshotReader::kPictures, snapshot_);
+    session().newest(0, tick_);
+    return {snapshot_, tick_};
+  }
 
   /// From now on frames given to push() are followed.
   void follow(const Volume& first, LiveSequenceOptions options) {
@@ -76,6 +83,7 @@ class SessionContent {
   std::shared_ptr<ContextContent> context_;
   std::mutex mutex_;
   SceneSnapshot snapshot_;
+  TickOutput tick_;
   std::mutex pushing_, stopping_;
   std::mutex live_mutex_;  ///< guards the members below; never locked for long
   Grid pushed_grid_;

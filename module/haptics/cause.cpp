@@ -46,6 +46,8 @@ const char* word(Cause cause) noexcept {
       return "sudden";
     case Cause::kReturn:
       return "return";
+    case Cause::kShaking:
+      return "shaking";
   }
   return "unknown";
 }
@@ -93,6 +95,8 @@ const char* sentence(Cause cause) noexcept {
       return "The surface under the hand ended or changed suddenly: the force follows slowly.";
     case Cause::kReturn:
       return "After a fast touch the hand gets back only the energy that it put in.";
+    case Cause::kShaking:
+      return "The scene shakes the hand: its motion or its values change too quickly.";
   }
   return "An unknown cause.";
 }

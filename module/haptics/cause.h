@@ -28,6 +28,7 @@ enum class Cause : uint8_t {
   kUnseen,      ///< no viewer shows the scene: the picture in the headset is gone
   kSudden,      ///< a constraint on the hand ended or changed suddenly: the force follows slowly
   kReturn,      ///< the hand would get more energy back than it put in: the force comes back slowly
+  kShaking,     ///< the force oscillates because the scene does, and not the loop
 };
 
 /// One word for logs ("too-fast"), and one sentence for people. Static storage.

@@ -12,6 +12,8 @@ struct DeviceInfo {
   std::string name;          ///< for people
   std::string place;         ///< where it is plugged in: "usb 1-2", or empty
   double max_force_n = 0.0;  ///< the largest that it can give for a short time in every direction
+  /// what its motors hold for ever; 0: not stated, and their heat is not modelled
+  double continuous_force_n = 0.0;
   double max_stiffness_n_per_m = 0.0;  ///< that its maker or experience calls stable
   glm::dvec3 workspace_centre_m{0.0};
   double workspace_radius_m = 0.0;

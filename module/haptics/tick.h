@@ -6,6 +6,7 @@
 
 #include "module/haptics/cause.h"
 #include "module/haptics/device.h"
+#include "module/haptics/force_ledger.h"
 #include "module/scene/playback.h"
 #include "module/scene/transform.h"
 
@@ -68,6 +69,9 @@ struct TickOutput {
   double scene_energy_j = 0.0;
   double tank_j = 0.0;  ///< what the tank holds
   FramePointer first;   ///< of the first moving volume
+  // What follows is not in a recording: a replay computes it again.
+  double hand_work_j = 0.0;  ///< that the forces did on the hand since the start
+  ForceLedger ledger;        ///< from the spring's force to the command's
 };
 
 }  // namespace palpate

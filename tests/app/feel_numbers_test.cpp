@@ -59,12 +59,21 @@ TEST(TickHistory, IsBoundedAndLosesNoPeakAndNoCause) {
 
 TEST(FeelCounter, CountsWhatTheTicksSay) {
   FeelCounter counter;
-  counter.add(row_at(0, 0.0));
-  counter.add(row_at(1, 0.5));
+  // A hand on a spring of 1 N whose force rises in steps: what is missing is the first contact's.
+  const auto add = [&counter](const TickRow& row) {
+    ForceLedger ledger;
+    ledger.asked_n = row.force_n + glm::dvec3(0.0, 0.0, 0.75);
+    ledger[Limiter::kFirstContact] = {0.0, 0.0, 0.75 - 1e-6 * row.time_s};
+    ledger[Limiter::kHeat] = {0.0, 0.004, 0.0};
+    ledger.asked_n += ledger[Limiter::kHeat];
+    counter.add(row, ledger, 0.25 + row.time_s);
+  };
+  add(row_at(0, 0.0));
+  add(row_at(1, 0.5));
   TickRow late = row_at(2, 0.2);
   late.cause = Cause::kLate;
   late.probe_m = {0.0, 0.0, -0.002};
-  counter.add(late);
+  add(late);
   const FeelNumbers numbers = counter.numbers();
   EXPECT_DOUBLE_EQ(numbers.seconds, 3e-3);
   EXPECT_DOUBLE_EQ(numbers.touched_s, 2e-3);
@@ -74,12 +83,18 @@ TEST(FeelCounter, CountsWhatTheTicksSay) {
   EXPECT_EQ(numbers.late_ticks, 0U);
   TickRow later = row_at(3, 1.4);
   later.dt_s = 4e-3;
-  counter.add(later);
+  add(later);
   EXPECT_DOUBLE_EQ(counter.numbers().steepest_n_per_ms, 0.5);
   EXPECT_EQ(counter.numbers().late_ticks, 1U);
   EXPECT_DOUBLE_EQ(counter.numbers().latest_s, 4e-3);
   EXPECT_DOUBLE_EQ(counter.numbers().late_change_n, 1.2);
   EXPECT_DOUBLE_EQ(numbers.deepest_m, 0.002);
+  EXPECT_DOUBLE_EQ(numbers.hand_work_j, 0.252);
+  EXPECT_NEAR(numbers.unexplained_n, 2e-9, 1e-15);
+  ASSERT_EQ(numbers.held.size(), 1U) << "less than 0.005 N is not told";
+  EXPECT_EQ(numbers.held[0].limiter, Limiter::kFirstContact);
+  EXPECT_DOUBLE_EQ(numbers.held[0].seconds, 3e-3);
+  EXPECT_DOUBLE_EQ(numbers.held[0].most_n, 0.75);
   ASSERT_EQ(numbers.causes.size(), 1U);
   EXPECT_EQ(numbers.causes[0].cause, Cause::kLate);
   EXPECT_DOUBLE_EQ(numbers.causes[0].from_s, 2e-3);

@@ -478,6 +478,9 @@ class PythonSession {
       volumes.append(py::dict("world_from_volume"_a = place, "time_s"_a = s.volumes[v].time_s,
                               "rate"_a = s.volumes[v].rate));
     }
+    py::dict held;
+    for (uint32_t k = 0; k < s.limiter_count; ++k)
+      held[s.limiters[k].word] = three(s.limiters[k].held_n);
     return py::dict(
         "in_contact"_a = s.in_contact != 0, "hand_m"_a = three(s.hand_m),
         "proxy_m"_a = three(s.proxy_m), "force_n"_a = three(s.force_n),
@@ -485,7 +488,8 @@ class PythonSession {
         "can_play"_a = s.can_play != 0, "steps"_a = s.steps, "steps_known"_a = s.steps_known,
         "volumes"_a = volumes, "ticks"_a = s.ticks, "late_ticks"_a = s.late_ticks,
         "frames_received"_a = s.frames_received, "frames_felt"_a = s.frames_felt,
-        "frame_delay_s"_a = s.frame_delay_s, "frame_cycle_s"_a = s.frame_cycle_s);
+        "frame_delay_s"_a = s.frame_delay_s, "frame_cycle_s"_a = s.frame_cycle_s,
+        "hand_work_j"_a = s.hand_work_j, "asked_n"_a = three(s.asked_n), "held_n"_a = held);
   }
   bool ask_tubes(int action) {
     return was_taken(pal_session_ask_tubes(session_.handle, PalTubesAction(action)));

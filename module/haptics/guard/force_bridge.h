@@ -42,6 +42,8 @@ class ForceBridge {
   /// What to add to the spring's force. tank pays for its work; null: its work is not limited.
   glm::dvec3 step(const BridgeFrame& frame, EnergyTank* tank) noexcept;
 
+  /// What the last frame added, world.
+  glm::dvec3 left_n() const noexcept { return left_n_; }
   /// A change by the scene is on its way to the hand, and large enough to be reported.
   bool is_felt() const noexcept;
   /// It acted in this frame, where the motion may not be inverted.

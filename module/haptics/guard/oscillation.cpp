@@ -19,7 +19,9 @@ constexpr int kRow = 6;          // half waves: three periods
 constexpr double kLowest = 0.2;  // gain
 constexpr double kFallPerS = 7.0, kRisePerS = 0.2;
 constexpr double kBelow = 0.7, kForgetPerS = 0.02;  // how far below, and for how long
-constexpr double kTripS = 0.2;                      // of buzzing at the lowest gain
+// What the hand's motion explains of the force, as a share of its rms, where the loop shakes.
+constexpr double kHandsShare = 0.5;
+constexpr double kTripS = 0.2;  // of buzzing at the lowest gain
 
 }  // namespace
 
@@ -29,24 +31,34 @@ double OscillationGuard::rms_n() const noexcept {
   return std::sqrt(power_);
 }
 
-void OscillationGuard::step(glm::dvec3 force_n, double dt_s) noexcept {
-  if (!heard_) force_ = force_n;
-  heard_ = true;
-  // Two high passes and a low pass of first order.
+void OscillationGuard::Band::step(glm::dvec3 value, double dt_s) noexcept {
   const double keep = kHighPassS / (kHighPassS + dt_s), take = dt_s / (kLowPassS + dt_s);
-  const glm::dvec3 before = high1_;
-  high1_ = keep * (high1_ + force_n - force_);
-  high2_ = keep * (high2_ + high1_ - before);
-  band_ += take * (high2_ - band_);
-  force_ = force_n;
+  const glm::dvec3 before = high1;
+  high1 = keep * (high1 + value - last);
+  high2 = keep * (high2 + high1 - before);
+  band += take * (high2 - band);
+  last = value;
+}
 
+void OscillationGuard::step(glm::dvec3 force_n, glm::dvec3 hand_n, double dt_s) noexcept {
+  if (!heard_) {
+    force_.last = force_n;
+    hand_.last = hand_n;
+  }
+  heard_ = true;
+  force_.step(force_n, dt_s);
+  hand_.step(hand_n, dt_s);
+
+  const glm::dvec3& band = force_.band;
   const double forget = dt_s / (kMeanS + dt_s);
-  power_ += forget * (glm::dot(band_, band_) - power_);
+  power_ += forget * (glm::dot(band, band) - power_);
+  hand_power_ += forget * (glm::dot(hand_.band, hand_.band) - hand_power_);
   // The axis: the mean of the band's force with its sign turned to the axis' side.
-  axis_ += forget * ((glm::dot(band_, axis_) < 0.0 ? -band_ : band_) - axis_);
+  axis_ += forget * ((glm::dot(band, axis_) < 0.0 ? -band : band) - axis_);
   const double length = glm::length(axis_);
-  hear(length > 1e-9 ? glm::dot(band_, axis_) / length : 0.0, dt_s);
+  hear(length > 1e-9 ? glm::dot(band, axis_) / length : 0.0, dt_s);
   turn_gain(dt_s);
+  if (buzzing_) is_scenes_ = hand_power_ < kHandsShare * kHandsShare * power_;
 }
 
 void OscillationGuard::hear(double along_axis, double dt_s) noexcept {

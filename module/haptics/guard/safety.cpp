@@ -21,11 +21,12 @@ constexpr double kHandStepM = 0.02;  // no hand moves further in a frame: 10 m/s
 constexpr uint32_t bit(Cause cause) {
   return 1u << unsigned(cause);
 }
-constexpr uint32_t kForPeople = bit(Cause::kStopped) | bit(Cause::kOscillation);
+constexpr uint32_t kForPeople =
+    bit(Cause::kStopped) | bit(Cause::kOscillation) | bit(Cause::kShaking);
 // In the order in which they are reported where several hold.
-constexpr Cause kOffCauses[] = {Cause::kStopped,   Cause::kOscillation, Cause::kDevice,
-                                Cause::kNotFinite, Cause::kClock,       Cause::kLate,
-                                Cause::kTooFast,   Cause::kUnseen,      Cause::kDeadMan};
+constexpr Cause kOffCauses[] = {
+    Cause::kStopped, Cause::kOscillation, Cause::kShaking, Cause::kDevice, Cause::kNotFinite,
+    Cause::kClock,   Cause::kLate,        Cause::kTooFast, Cause::kUnseen, Cause::kDeadMan};
 
 Cause first(uint32_t off) noexcept {
   for (Cause cause : kOffCauses)
@@ -61,7 +62,9 @@ SafetyOptions sensible(SafetyOptions o, const DeviceInfo& device) noexcept {
   o.first_contact_s = not_negative(o.first_contact_s, usual.first_contact_s);
   o.return_n_per_s = above_zero(o.return_n_per_s, usual.return_n_per_s);
   o.buzz_n = above_zero(o.buzz_n, usual.buzz_n);
-  o.continuous_force_n = above_zero(o.continuous_force_n, device_n / 3.0);
+  // Motors that hold the most for ever are never too hot for it.
+  o.continuous_force_n =
+      above_zero(o.continuous_force_n, above_zero(device.continuous_force_n, o.max_force_n));
   o.thermal_s = above_zero(o.thermal_s, usual.thermal_s);
   o.late_s = above_zero(o.late_s, usual.late_s);
   o.stale_s = above_zero(o.stale_s, usual.stale_s);
@@ -92,20 +95,23 @@ SafetyOutput Safety::step(const SafetyInput& input) noexcept {
   advance(input, off, dt);
 
   limit_ = Cause::kNone;
+  SafetyOutput out;
+  if (is_finite(input.wanted_n)) out.ledger.asked_n = input.wanted_n;
   if (active()) {
-    force_ = limited(input, dt);
+    force_ = limited(input, dt, out.ledger);
   } else {
     slewed_ = glm::dvec3(0.0);
     last_wanted_ = glm::dvec3(0.0);
     slow_ = Cause::kNone;
     return_ = PassiveReturn(options_.return_n_per_s);
     force_ = state_ == SafetyState::kFading ? fade_ * fade_from_ : glm::dvec3(0.0);
+    out.ledger[Limiter::kOff] = out.ledger.asked_n - force_;
   }
 
-  SafetyOutput out;
   out.force_n = force_;
   out.state = state_;
   out.in_contact = active() && input.touching;
+  out.work_j = work_j_;
   out.cause = latched_;
   if (active()) {
     out.cause = limit_ != Cause::kNone            ? limit_
@@ -134,10 +140,11 @@ void Safety::account(const SafetyInput& input, double dt_s) noexcept {
   } else {
     has_position_ = false;  // what comes next may be another place
   }
+  work_j_ += work_j;
   power_.step(work_j, dt_s);
   contact_.step(input.touching, dt_s);
   if (input.rearm) oscillation_.reset();
-  oscillation_.step(force_, dt_s);
+  oscillation_.step(force_, input.stiffness_n_per_m * last_position_, dt_s);
 }
 
 uint32_t Safety::off_causes(const SafetyInput& input, double dt_s) noexcept {
@@ -164,7 +171,7 @@ uint32_t Safety::off_causes(const SafetyInput& input, double dt_s) noexcept {
     off |= bit(Cause::kUnseen);
   if (input.rearm) needs_person_ = 0;
   if (input.stop) needs_person_ |= bit(Cause::kStopped);
-  if (oscillation_.tripped()) needs_person_ |= bit(Cause::kOscillation);
+  if (oscillation_.tripped()) needs_person_ |= bit(shaking());
   return off | needs_person_;
 }
 
@@ -243,33 +250,47 @@ glm::dvec3 Safety::faded_at_edge(glm::dvec3 force, glm::dvec3 position) noexcept
   return force - (1.0 - left) * part * outward;
 }
 
-// The guards of docs/force-limits.md, in its order.
-glm::dvec3 Safety::limited(const SafetyInput& input, double dt_s) noexcept {
+// The guards of docs/force-limits.md, in its order. What each holds back is the force before it
+// minus the force behind it.
+glm::dvec3 Safety::limited(const SafetyInput& input, double dt_s, ForceLedger& ledger) noexcept {
   // Start gate and buzz.
-  if (oscillation_.gain() < 1.0) limit_ = Cause::kOscillation;
+  if (oscillation_.gain() < 1.0) limit_ = shaking();
   const double gain =
       oscillation_.gain() * (state_ == SafetyState::kRamping ? std::min(ramp_, 1.0) : 1.0);
   // Cut once before anything is multiplied or added: what is huge stays finite. Ten times, so that
   // the guards in between still see what is wanted beyond the limit.
-  glm::dvec3 force = gain * shortened(input.wanted_n, 10.0 * options_.max_force_n);
+  const glm::dvec3 cut = shortened(input.wanted_n, 10.0 * options_.max_force_n);
+  const glm::dvec3 quiet = oscillation_.gain() * cut, gained = gain * cut;
+  ledger[Limiter::kOscillation] = cut - quiet;
+  ledger[Limiter::kStart] = quiet - gained;
   // Damping and edge.
-  const glm::dvec3 damp = damping(input.velocity_m_per_s);
-  force = faded_at_edge(force + damp, input.reading.position_m);
+  const glm::dvec3 damped = gained + damping(input.velocity_m_per_s);
+  const glm::dvec3 faded = faded_at_edge(damped, input.reading.position_m);
+  ledger[Limiter::kDamping] = gained - damped;
+  ledger[Limiter::kEdge] = damped - faded;
   // Finite, whatever the steps above did.
-  if (!is_finite(force)) force = glm::dvec3(0.0);
-  const glm::dvec3 wanted = force;
+  glm::dvec3 wanted = faded;
+  if (!is_finite(wanted)) {
+    wanted = glm::dvec3(0.0);
+    ledger.held_n = {};
+    ledger[Limiter::kFinite] = cut;
+  }
   // Magnitude and heat.
   const double most = std::min(options_.max_force_n, heat_.limit_n());
-  if (most < options_.max_force_n && length_of(force) > most && limit_ == Cause::kNone)
+  const double wanted_n = length_of(wanted);
+  if (most < options_.max_force_n && wanted_n > most && limit_ == Cause::kNone)
     limit_ = Cause::kHot;
-  force = shortened(force, most);
+  const glm::dvec3 full_n = shortened(wanted, options_.max_force_n);
+  const glm::dvec3 force = shortened(wanted, most);
+  ledger[Limiter::kMagnitude] = (input.wanted_n - cut) + (wanted - full_n);
+  ledger[Limiter::kHeat] = full_n - force;
   // Return, first contact and slew.
   const double full = (1.0 - kEnergyShare) * options_.max_slew_n_per_s;
   const double rising = contact_.slew_n_per_s(full);
   const double allowed_n = length_of(force);
-  const double returned_n =
-      return_.most_n(length_of(wanted), allowed_n, input.stiffness_n_per_m, dt_s);
+  const double returned_n = return_.most_n(wanted_n, allowed_n, input.stiffness_n_per_m, dt_s);
   const glm::dvec3 aim = shortened(force, returned_n);
+  ledger[Limiter::kReturn] = force - aim;
   const bool rises = length_of(aim) > length_of(slewed_);
   const glm::dvec3 change = aim - slewed_;
   const Cause slow = rises && rising < full && length_of(change) > rising * dt_s
@@ -279,12 +300,17 @@ glm::dvec3 Safety::limited(const SafetyInput& input, double dt_s) noexcept {
   // The frame in which the force catches up has the same cause.
   if (limit_ == Cause::kNone) limit_ = slow == Cause::kNone && rises ? slow_ : slow;
   slow_ = slow;
+  const glm::dvec3 at_full_slew = slewed_ + shortened(change, full * dt_s);
   slewed_ += shortened(change, (rises ? rising : full) * dt_s);
+  ledger[Limiter::kSlew] = aim - at_full_slew;
+  ledger[Limiter::kFirstContact] = at_full_slew - slewed_;
   return_.give(length_of(slewed_));
   last_wanted_ = force;
   // Power.
   if (power_.gain() < 1.0 && limit_ == Cause::kNone) limit_ = Cause::kEnergy;
-  return power_.gain() * slewed_;
+  const glm::dvec3 given = power_.gain() * slewed_;
+  ledger[Limiter::kPower] = slewed_ - given;
+  return given;
 }
 
 }  // namespace palpate

@@ -6,6 +6,7 @@
 
 #include "module/haptics/cause.h"
 #include "module/haptics/device.h"
+#include "module/haptics/force_ledger.h"
 #include "module/haptics/guard/guards.h"
 #include "module/haptics/guard/oscillation.h"
 
@@ -29,7 +30,8 @@ struct SafetyOptions {
   double first_contact_s = 0.010;        ///< 0: no such guard
   double return_n_per_s = 50.0;          ///< at which the limit on returned energy acts
   double buzz_n = 0.3;                   ///< oscillation guard: rms of the force from 20 to 300 Hz
-  /// thermal model: what the motors can hold for ever; 0: a third of the device's most
+  /// thermal model: what the motors can hold for ever; 0: what the device states, and no such model
+  /// where it states nothing
   double continuous_force_n = 0.0;
   double thermal_s = 60.0;          ///< its time constant
   double late_s = 0.005;            ///< watchdog: a frame as long as this is late
@@ -47,11 +49,11 @@ struct SafetyInput {
   glm::dvec3 wanted_n{0.0};  ///< the scene's force
   DeviceReading reading;
   glm::dvec3 velocity_m_per_s{0.0};
-  double dt_s = 1e-3;              ///< since the last frame, as measured
-  bool late = false;               ///< the loop missed its deadline by too much
-  bool stop = false;               ///< go to zero and stay there
-  bool rearm = false;              ///< after kStopped or kOscillation: a person says go on
-  bool touching = false;           ///< some primitive holds the proxy
+  double dt_s = 1e-3;     ///< since the last frame, as measured
+  bool late = false;      ///< the loop missed its deadline by too much
+  bool stop = false;      ///< go to zero and stay there
+  bool rearm = false;     ///< after kStopped, kOscillation or kShaking: a person says go on
+  bool touching = false;  ///< some primitive holds the proxy
   double stiffness_n_per_m = 0.0;  ///< of the spring that gives wanted_n; 0: not a spring's force
   Cause scene = Cause::kNone;      ///< what the scene has faded already: reported, not acted on
 };
@@ -71,6 +73,9 @@ struct SafetyOutput {
   SafetyState state = SafetyState::kWaiting;
   Cause cause = Cause::kStarting;
   bool in_contact = false;
+  double work_j = 0.0;  ///< that all forces so far did on the hand; negative: the hand worked
+  /// From SafetyInput::wanted_n, as asked_n, to force_n. The scene's limiters have no part in it.
+  ForceLedger ledger;
 };
 
 /// All limits between the scene's force and a human hand.
@@ -80,8 +85,8 @@ struct SafetyOutput {
 /// In the first frame that has one, the force begins a straight ramp from the last force to zero.
 /// The ramp uses nothing of the input, so garbage can not disturb it. The first cause is latched;
 /// after the ramp the reported cause is the one that is still present. Then comes the start gate.
-/// After kStopped and kOscillation a person has to say go on (rearm); after all others it is enough
-/// that the hand is free.
+/// After kStopped, kOscillation and kShaking a person has to say go on (rearm); after all others it
+/// is enough that the hand is free.
 ///
 /// Limits, while on: start ramp and damping, gain of the oscillation guard, damping above the
 /// velocity limit, workspace edge; then always in this order: finite, magnitude (also the motors'
@@ -106,9 +111,12 @@ class Safety {
   uint32_t off_causes(const SafetyInput& input, double dt_s) noexcept;
   void advance(const SafetyInput& input, uint32_t off, double dt_s) noexcept;
   void latch(uint32_t off) noexcept;
-  glm::dvec3 limited(const SafetyInput& input, double dt_s) noexcept;
+  glm::dvec3 limited(const SafetyInput& input, double dt_s, ForceLedger& ledger) noexcept;
   glm::dvec3 damping(glm::dvec3 velocity) noexcept;
   glm::dvec3 faded_at_edge(glm::dvec3 force, glm::dvec3 position) noexcept;
+  Cause shaking() const noexcept {
+    return oscillation_.is_scenes() ? Cause::kShaking : Cause::kOscillation;
+  }
   bool active() const noexcept {
     return state_ == SafetyState::kRamping || state_ == SafetyState::kOn;
   }
@@ -130,6 +138,7 @@ class Safety {
   double ramp_ = 0.0;           // share of the start ramp that is done
   double fade_ = 0.0;           // share of the off ramp that is left
   int free_frames_ = 0;
+  double work_j_ = 0.0;  // on the hand, since the start
   double fast_s_ = 0.0, stale_s_ = 0.0;
   glm::dvec3 fade_from_{0.0}, slewed_{0.0}, force_{0.0};
   glm::dvec3 last_wanted_{0.0};  // behind magnitude, before slew

@@ -148,6 +148,7 @@ Sweep Haptics::move_proxy(glm::dvec3 probe, double dt_s) noexcept {
   const Sweep swept = sweep(*run_, probe, k, dt_s);
   const glm::dvec3 wanted = is_finite(swept.proxy) ? swept.proxy : proxy_;
   proxy_ = options_.meter_energy ? tank_.limit(proxy_, wanted, probe, k, dt_s) : wanted;
+  slipped_n_ = k * (wanted - proxy_);
   for (CarrierRun& carrier : run_->carriers)
     carrier.follow_to(proxy_, glm::length(last_wanted_), dt_s);
   return swept;
@@ -253,9 +254,20 @@ TickOutput Haptics::tick(const TickInput& input) noexcept {
 
   const SafetyOutput safe = safety_.step(guard);
   out.command = {safe.force_n, safe.in_contact};
+  out.hand_work_j = safe.work_j;
+  out.ledger = safe.ledger;
+  if (is_finite(guard.wanted_n)) account(out.ledger);
   out.cause = safe.cause;
   out.fault = input.reading.fault;
   return out;
+}
+
+/// Adds what tank and bridge changed before the guards.
+void Haptics::account(ForceLedger& ledger) const noexcept {
+  const glm::dquat device_from_world = glm::conjugate(device_.rotation);
+  if (run_) ledger[Limiter::kTank] = device_from_world * slipped_n_;
+  ledger[Limiter::kBridge] = -(device_from_world * bridge_.left_n());
+  ledger.asked_n += ledger[Limiter::kTank] + ledger[Limiter::kBridge];
 }
 
 Cause Haptics::report(TickOutput& out) const noexcept {

@@ -58,6 +58,7 @@ class Haptics final : public Ticker {
   void control(const TickInput& input) noexcept;
   void move_on(const TickInput& input, double dt_s) noexcept;
   Cause report(TickOutput& out) const noexcept;
+  void account(ForceLedger& ledger) const noexcept;
   Sweep move_proxy(glm::dvec3 probe, double dt_s) noexcept;
   glm::dvec3 spring_n(glm::dvec3 probe, glm::dvec3 proxy_velocity,
                       glm::dvec3 probe_velocity) const noexcept;
@@ -73,6 +74,7 @@ class Haptics final : public Ticker {
   glm::dvec3 proxy_{0.0};       ///< world
   glm::dvec3 last_probe_{0.0};  ///< world, predicted; the last good one
   glm::dvec3 last_wanted_{0.0};
+  glm::dvec3 slipped_n_{0.0};  ///< world: of the spring, what the tank did not pay for
   ForceBridge bridge_;
   bool placed_ = false;  ///< proxy_ has been put to a probe
   bool empty_ = true;

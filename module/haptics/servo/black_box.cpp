@@ -109,6 +109,7 @@ bool is_trip(Cause cause, DeviceFault fault) noexcept {
     case Cause::kClock:
     case Cause::kTooFast:
     case Cause::kOscillation:
+    case Cause::kShaking:
     case Cause::kEnergy:
     case Cause::kField:
       return true;

@@ -41,6 +41,12 @@ struct GuardedHand {
     EXPECT_TRUE(is_finite(out.force_n)) << where();
     EXPECT_LE(glm::length(out.force_n), o.max_force_n + kRounding) << where();
     EXPECT_LE(glm::length(out.force_n - before), o.max_slew_n_per_s * dt + kRounding) << where();
+    // Every newton between what was wanted and what is given is some limiter's.
+    if (is_finite(input.wanted_n)) {
+      EXPECT_EQ(out.ledger.asked_n, input.wanted_n) << where();
+    }
+    const double large = 1e-12 * length_of(out.ledger.asked_n);
+    EXPECT_LE(length_of(out.ledger.left_n() - out.force_n), 1e-9 + large) << where();
     switch (out.state) {
       case SafetyState::kOff:
       case SafetyState::kWaiting:

@@ -124,6 +124,11 @@ class WallHand {
           here + out.first.phase * (frame_place_m(out.first.frame + 1, data_swing_m_) - here);
     }
     theory_n = std::clamp(kPlaneStiffness * (wall_m_ - x_m), 0.0, limit_n_);
+    // What the wall gives in closed form is what the ledger begins with, and all of it is accounted
+    // for.
+    EXPECT_NEAR(out.ledger.asked_n.x - out.ledger[Limiter::kBridge].x,
+                std::max(0.0, kPlaneStiffness * (wall_m_ - x_m)), kUnsaid_n);
+    EXPECT_LT(glm::distance(out.ledger.left_n(), out.command.force_n), 1e-9);
     const double error_n = std::abs(felt_n() - theory_n);
     const double beyond_n =
         std::abs(felt_n() - before_n) - kPlaneStiffness * std::abs(wall_m_ - x_m - before_deep_m);

@@ -30,7 +30,7 @@ Heard listen(const Wave& wave, double seconds = 4.0, double dt = 1e-3, bool turn
   Heard heard;
   for (int i = 0; i * dt < seconds; ++i) {
     const double before = guard.gain();
-    guard.step((turned_down ? before : 1.0) * wave(i * dt) * kAxis, dt);
+    guard.step((turned_down ? before : 1.0) * wave(i * dt) * kAxis, glm::dvec3(0.0), dt);
     EXPECT_LE(std::abs(guard.gain() - before), 7.0 * dt + 1e-12);
     heard.lowest_gain = std::min(heard.lowest_gain, guard.gain());
     if (guard.buzzing() && heard.first_s < 0.0) heard.first_s = i * dt;
@@ -131,16 +131,16 @@ TEST(OscillationGuard, StopsTurningDownWhenThatHelps) {
 
 TEST(OscillationGuard, ComesBackSlowlyWhenItIsQuietAgain) {
   OscillationGuard guard(kBuzzN);
-  for (int i = 0; i < 200; ++i) guard.step(2.0 * std::sin(0.6 * i) * kAxis, 1e-3);
+  for (int i = 0; i < 200; ++i) guard.step(2.0 * std::sin(0.6 * i) * kAxis, glm::dvec3(0.0), 1e-3);
   ASSERT_LT(guard.gain(), 0.3);
   ASSERT_FALSE(guard.tripped());
-  for (int i = 0; i < 1000; ++i) guard.step(2.0 * kAxis, 1e-3);
+  for (int i = 0; i < 1000; ++i) guard.step(2.0 * kAxis, glm::dvec3(0.0), 1e-3);
   EXPECT_GT(guard.gain(), 0.3);
   EXPECT_LT(guard.gain(), 0.5);
-  for (int i = 0; i < 4000; ++i) guard.step(2.0 * kAxis, 1e-3);
+  for (int i = 0; i < 4000; ++i) guard.step(2.0 * kAxis, glm::dvec3(0.0), 1e-3);
   EXPECT_GE(guard.gain(), 0.7);
   EXPECT_LE(guard.gain(), 0.81);
-  for (int i = 0; i < 15000; ++i) guard.step(2.0 * kAxis, 1e-3);
+  for (int i = 0; i < 15000; ++i) guard.step(2.0 * kAxis, glm::dvec3(0.0), 1e-3);
   EXPECT_EQ(guard.gain(), 1.0);
   guard.reset();
   EXPECT_EQ(guard.rms_n(), 0.0);
@@ -149,8 +149,7 @@ TEST(OscillationGuard, ComesBackSlowlyWhenItIsQuietAgain) {
 // A grip without a hand, 0.02 kg and 1 N s/m, on a spring whose force comes two samples late:
 // unstable above b / (T / 2 + delay) = 400 N/m, at 35 to 48 Hz. The grip starts pressed in. Returns
 // the rms of the force in the last second.
-double late_buzz(double stiffness, bool guarded) {
-  OscillationGuard guard(kBuzzN);
+double late_buzz(double stiffness, bool guarded, OscillationGuard& guard) {
   double x = 0.002, v = 0.0, sum = 0.0;
   std::deque<double> delayed(2, 0.0);
   for (int i = 0; i < 10000; ++i) {
@@ -158,7 +157,7 @@ double late_buzz(double stiffness, bool guarded) {
     delayed.push_back(std::clamp(-gain * stiffness * (x - 0.001), -8.0, 8.0));
     const double force = delayed.front();
     delayed.pop_front();
-    guard.step({force, 0, 0}, 1e-3);
+    guard.step({force, 0, 0}, {stiffness * x, 0, 0}, 1e-3);
     for (int sub = 0; sub < 10; ++sub) {
       v += 1e-4 * (force - 1.0 * v) / 0.02;
       x += 1e-4 * v;
@@ -171,9 +170,34 @@ double late_buzz(double stiffness, bool guarded) {
 TEST(OscillationGuard, QuietsASpringThatIsTooStiffForItsDelay) {
   for (double stiffness : {1000.0, 1200.0, 1400.0, 1600.0, 1800.0}) {
     // Without the guard it oscillates.
-    EXPECT_GT(late_buzz(stiffness, false), 4.0) << stiffness;
-    EXPECT_LT(late_buzz(stiffness, true), kBuzzN) << stiffness;
+    OscillationGuard heard(kBuzzN), heeded(kBuzzN);
+    EXPECT_GT(late_buzz(stiffness, false, heard), 4.0) << stiffness;
+    EXPECT_LT(late_buzz(stiffness, true, heeded), kBuzzN) << stiffness;
+    EXPECT_FALSE(heard.is_scenes()) << stiffness;
+    EXPECT_FALSE(heeded.is_scenes()) << stiffness;
   }
+}
+
+// A wall that shakes under a hand of 0.3 kg with 1 kN/m and 27 N s/m: stable, and the hand moves
+// little.
+TEST(OscillationGuard, TellsASceneThatShakesFromALoopThatDoes) {
+  for (const double hz : {30.0, 50.0, 80.0, 120.0})
+    for (const double stiffness : {300.0, 600.0, 1200.0}) {
+      OscillationGuard guard(kBuzzN);
+      double x = 0.0, v = 0.0, lowest_gain = 1.0;
+      for (int i = 0; i < 3000; ++i) {
+        const double wall_m = 0.004 + 1.0 / stiffness * std::sin(kTwoPi * hz * 1e-3 * i);
+        const double force = guard.gain() * stiffness * (wall_m - x);
+        guard.step({force, 0, 0}, {stiffness * x, 0, 0}, 1e-3);
+        for (int sub = 0; sub < 10; ++sub) {
+          v += 1e-4 * (force - 1000.0 * x - 27.0 * v) / 0.3;
+          x += 1e-4 * v;
+        }
+        lowest_gain = std::min(lowest_gain, guard.gain());
+      }
+      EXPECT_LT(lowest_gain, 1.0) << hz << " Hz, " << stiffness << " N/m";
+      EXPECT_TRUE(guard.is_scenes()) << hz << " Hz, " << stiffness << " N/m";
+    }
 }
 
 }  // namespace

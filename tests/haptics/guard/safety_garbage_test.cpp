@@ -139,7 +139,7 @@ TEST(Safety, KeepsItsPromisesWhateverComesIn) {
   for (Cause cause :
        {Cause::kStarting, Cause::kDeadMan, Cause::kDevice, Cause::kNotFinite, Cause::kLate,
         Cause::kClock, Cause::kTooFast, Cause::kWorkspaceEdge, Cause::kFirstContact,
-        Cause::kOscillation, Cause::kHot, Cause::kStopped, Cause::kEnergy, Cause::kField})
+        Cause::kShaking, Cause::kHot, Cause::kStopped, Cause::kEnergy, Cause::kField})
     EXPECT_TRUE(causes.contains(cause)) << word(cause);
 }
 

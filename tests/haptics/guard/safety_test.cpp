@@ -365,24 +365,32 @@ TEST(Safety, LetsTheFirstTouchInSlowly) {
 }
 
 TEST(Safety, TurnsABuzzDownAndTripsIfThatDoesNotHelp) {
-  GuardedHand hand;
-  hand.start();
-  std::set<Cause> causes;
-  for (int i = 0; i < 3000 && hand.out.state != SafetyState::kTripped; ++i) {
-    // 80 Hz, not affected by the gain.
-    hand.input.wanted_n = {3.5 * std::sin(0.08 * kTwoPi * i), 0, 0};
+  // The loop shakes where the spring's force is the hand's motion, the scene where the hand rests.
+  for (const Cause cause : {Cause::kOscillation, Cause::kShaking}) {
+    SCOPED_TRACE(word(cause));
+    GuardedHand hand;
+    hand.input.stiffness_n_per_m = 3000.0;
+    hand.start();
+    const glm::dvec3 rest_m = hand.input.reading.position_m;
+    std::set<Cause> causes;
+    for (int i = 0; i < 3000 && hand.out.state != SafetyState::kTripped; ++i) {
+      // 80 Hz, not affected by the gain.
+      hand.input.wanted_n = {3.5 * std::sin(0.08 * kTwoPi * i), 0, 0};
+      if (cause == Cause::kOscillation)
+        hand.input.reading.position_m = rest_m - hand.input.wanted_n / hand.input.stiffness_n_per_m;
+      hand.step();
+      causes.insert(hand.out.cause);
+    }
+    EXPECT_EQ(hand.out.state, SafetyState::kTripped);
+    EXPECT_EQ(causes, (std::set<Cause>{Cause::kNone, cause}));
+    hand.input.wanted_n = glm::dvec3(0.0);
+    hand.steps(3000);
+    EXPECT_EQ(hand.out.state, SafetyState::kTripped);
+    hand.input.rearm = true;
     hand.step();
-    causes.insert(hand.out.cause);
+    hand.input.rearm = false;
+    hand.start();
   }
-  EXPECT_EQ(hand.out.state, SafetyState::kTripped);
-  EXPECT_EQ(causes, (std::set<Cause>{Cause::kNone, Cause::kOscillation}));
-  hand.input.wanted_n = glm::dvec3(0.0);
-  hand.steps(3000);
-  EXPECT_EQ(hand.out.state, SafetyState::kTripped);
-  hand.input.rearm = true;
-  hand.step();
-  hand.input.rearm = false;
-  hand.start();
 }
 
 TEST(Safety, LowersTheForceOfHotMotorsWithoutAStep) {

@@ -646,7 +646,8 @@ class Session:
         """The newest haptic frame, a dict: "hand_m", "proxy_m" and "force_n" in the world, "in_contact"; "cause", "cause_sentence": why the
         force is not the scene's, "" if it is; "volumes": dicts with "world_from_volume" (3 x 4), "time_s", "rate"; "can_play", "steps",
         "steps_known" of the motion; "ticks", "late_ticks"; of a live source "frames_received", "frames_felt", "frame_delay_s",
-        "frame_cycle_s". palpate.h (PalState) explains each."""
+        "frame_cycle_s"; "asked_n", the spring's force had nothing limited it, minus all of "held_n", a dict of limiters by their word, is
+        "force_n"; "hand_work_j", the work that all forces so far did on the hand. palpate.h (PalState) explains each."""
         return self._session.state()
 
     @property
