@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "compute/volume/no_data.h"
 #include "integration/app/info/values.h"
 #include "integration/app/progress.h"
 #include "integration/app/session_flags.h"
@@ -121,6 +122,28 @@ void judge_scalars(const std::vector<Values>& values, std::vector<std::string>& 
   }
 }
 
+/// Tells how much of the volume lies outside of what was scanned. Only files with such a border are
+/// read once more to the end.
+void describe_no_data(Contents& contents) {
+  if (contents.kind != "volume" && contents.kind != "sequence") return;
+  auto reader = files::SequenceReader::open({contents.path});
+  NoDataFinder finder;
+  std::optional<Mask> found;
+  for (size_t k = 0; reader && k < reader->frame_count(); ++k) {
+    const auto frame = reader->frame(k);
+    if (!frame || glm::any(glm::lessThan(frame->grid.size, glm::ivec3(2)))) return;
+    finder.add(*frame);
+    if (k > 0 && k + 1 < reader->frame_count()) continue;
+    found = finder.found();
+    if (!found) return;
+  }
+  if (found)
+    contents.more.emplace_back(
+        "Outside", fmt::format("{:.0f} % of the voxels hold no data: one value in all frames, "
+                               "outside of what was scanned",
+                               100.0 * share_of(*found)));
+}
+
 // Images ------------------------------------------------------------------------------------------
 
 /// A mask has 0 and one other value; labels are a few integers, 0 among them.
@@ -189,6 +212,7 @@ void describe_scalars(Contents& contents) {
   }
   contents.memory_bytes = 4.0 * double(contents.grid->count()) * double(contents.frames);
   judge_scalars(contents.values, contents.problems);
+  describe_no_data(contents);
 }
 
 /// Describes the vectors of one file, a displacement field or a flow.
