@@ -9,6 +9,7 @@
 #include "integration/app/feel_run.h"
 #include "integration/app/progress.h"
 #include "integration/app/session_flags.h"
+#include "module/scene/segment_modes.h"
 
 namespace palpate::app {
 namespace {
@@ -40,16 +41,25 @@ std::vector<charts::Span> spans_of(const std::vector<TickRow>& rows) {
   return spans;
 }
 
-/// "Segment   pool, colour 0.9 0.3 0.3: a wall of 4 N, 4000 N/m".
-std::string segment_text(const Segment& segment, const SegmentsSpec& spec) {
+/// "Segment   pool, colour 0.9 0.3 0.3: a wall of 4 N, 4000 N/m; where it is thin, ...".
+std::string segment_text(const Segment& segment, const SceneSpec& scene, const VolumeSpec& volume) {
+  const SegmentsSpec& spec = volume.segments;
   std::string text = fmt::format("Segment   {}, colour {:.2g} {:.2g} {:.2g}", segment.name,
                                  segment.colour.r, segment.colour.g, segment.colour.b);
   const auto part = std::find_if(spec.parts.begin(), spec.parts.end(),
                                  [&](const SegmentSpec& of) { return of.name == segment.name; });
   if (part == spec.parts.end()) return text;
-  return text + (part->felt ? fmt::format(": a wall of {:.3g} N, {:.4g} N/m", part->strength_n,
-                                          part->stiffness_n_per_m)
-                            : ": not felt as a wall");
+  if (!part->felt) return text + ": not felt as a wall";
+  text +=
+      fmt::format(": a wall of {:.3g} N, {:.4g} N/m", part->strength_n, part->stiffness_n_per_m);
+  const glm::dvec3 scale = volume.transform.scale;
+  const WallHold holds = wall_hold(*segment.distance_mm.front(), *part, scene.stiffness_n_per_m,
+                                   std::cbrt(scale.x * scale.y * scale.z));
+  if (holds.force_n < 0.95 * part->strength_n)
+    text +=
+        fmt::format("; a tenth of it is at most {:.2g} mm thick at this scale and holds {:.2g} N",
+                    1e3 * holds.thickness_m, holds.force_n);
+  return text;
 }
 
 }  // namespace
@@ -85,7 +95,7 @@ std::vector<std::string> scene_lines(const LoadedScene& scene, bool live) {
                                             : fmt::format("{} frames in {:.3g} s{}", frames,
                                                           volume.times.length_s(), motion)));
     for (const Segment& segment : volume.segments)
-      lines.push_back(segment_text(segment, scene.spec.volumes[v].segments));
+      lines.push_back(segment_text(segment, scene.spec, scene.spec.volumes[v]));
   }
   return lines;
 }

@@ -33,6 +33,8 @@ Result<ChosenWall> surface_of(const WallFrame& frame, const WallQuality& found,
   surface.strength = *strength;
   surface.friction = TransferFunction::constant(choices.friction);
   if (silent) return chosen;
+  if (frame.no_data > 0.0)
+    chosen.notes.push_back({NoteKind::kNoData, {frame.no_data}, {"felt all the same"}});
   if (!choices.iso_value) chosen.notes.push_back({NoteKind::kSurfaceAt, {iso_value}, {}});
   chosen.notes.push_back(
       {found.ends > kClosedWall ? NoteKind::kOpenSurface : NoteKind::kClosedSurface,
@@ -80,6 +82,14 @@ void WallFrame::add(size_t k, const Volume& frame) {
   low = std::min(low, *least);
   high = std::max(high, *most);
   if (k == number) values = frame;
+  if (!of_vectors && glm::all(glm::greaterThan(frame.grid.size, glm::ivec3(1)))) finder_.add(frame);
+}
+
+void WallFrame::leave_out_no_data() {
+  const auto found = finder_.found();
+  if (!found || values.values.size() != found->values.size()) return;
+  no_data = share_of(*found);
+  continue_into(values, *found);
 }
 
 Result<ChosenWall> choose_wall(const WallFrame& frame, const SequenceChoices& choices,
@@ -98,15 +108,17 @@ Result<ChosenWall> choose_wall(const WallFrame& frame, const SequenceChoices& ch
   // A wall that is asked for can fail; nothing takes its place.
   if (asks_for_derived) return derive_wall(frame, derived_by(choices, choices.wall), file);
 
-  // An iso-surface that is no closed wall is replaced, if nothing was asked for and a motion can
-  // carry what replaces it.
+  // An iso-surface that is no closed wall, or has the border of the data in it, is replaced, if
+  // nothing was asked for and a motion can carry what replaces it.
   const WallQuality found = values_as_wall(frame.values, choices);
-  if (choices.wall == FeltWall::kUsual && found.ends > kClosedWall && !choices.iso_value &&
+  const bool is_open = found.ends > kClosedWall;
+  if (choices.wall == FeltWall::kUsual && (is_open || frame.no_data > 0.0) && !choices.iso_value &&
       !choices.width && can_carry) {
     auto derived = derive_wall(frame, derived_by(choices, FeltWall::kRegion), file);
     if (derived) {
-      derived->notes.insert(derived->notes.begin(),
-                            {NoteKind::kSurfaceReplaced, {found.aside_mm, found.ends}, {}});
+      if (is_open)
+        derived->notes.insert(derived->notes.begin(),
+                              {NoteKind::kSurfaceReplaced, {found.aside_mm, found.ends}, {}});
       return derived;
     }
   }
@@ -118,20 +130,24 @@ Result<ChosenWall> derive_wall(const WallFrame& frame, const SegmentsSpec& segme
   const bool ridges = segments.from == SegmentsFrom::kRidges;
   ChosenWall chosen;
   chosen.segments = segments;
-  chosen.derived = ridges ? ridge_wall(frame.values, segments.iso_value, segments.smooth_mm)
-                          : region_wall(frame.values, segments.iso_value, segments.smooth_mm);
+  const auto derive = ridges ? &ridge_wall : &region_wall;
+  chosen.derived = derive(frame.values, frame.half_mm, segments.iso_value, segments.smooth_mm);
   if (!chosen.derived)
     return files::bad_input(
         file,
         "has nothing large enough that is brighter than {:.4g} and has a border: choose another "
         "iso-value, or the wall 'values'",
         segments.iso_value.value_or(wall_of(frame.values).at.iso_value));
+  if (frame.no_data > 0.0)
+    chosen.notes.push_back({NoteKind::kNoData, {frame.no_data}, {"no wall"}});
   const DerivedWall& wall = *chosen.derived;
   const auto number = double(frame.number);
-  chosen.notes.push_back(
-      ridges
-          ? Note{NoteKind::kRidgeWall, {number, wall.smooth_mm, wall.ends}, {}}
-          : Note{NoteKind::kRegionWall, {wall.iso_value, number, wall.smooth_mm, wall.ends}, {}});
+  chosen.notes.push_back(ridges
+                             ? Note{NoteKind::kRidgeWall, {number, wall.smooth_mm, wall.ends}, {}}
+                             : Note{NoteKind::kRegionWall,
+                                    {wall.iso_value, number, wall.smooth_mm, wall.ends,
+                                     wall.closed_mm, wall.opened_mm},
+                                    {}});
   return chosen;
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "compute/volume/no_data.h"
 #include "compute/volume/result.h"
 #include "compute/volume/volume.h"
 #include "integration/loading/load_scene.h"
@@ -18,11 +19,21 @@ struct WallFrame {
   size_t number = 0;        ///< the frame that one motion carries to the others, if there is one
   Volume values;            ///< of vectors their lengths; without samples: nothing was read
   bool of_vectors = false;  ///< the values are lengths of vectors
+  double half_mm = 0.0;     ///< half the thickness that a wall needs to hold a hand; 0: any holds
   float low = std::numeric_limits<float>::infinity();
   float high = -std::numeric_limits<float>::infinity();
 
+  /// The share of the volume outside of what was scanned (NoDataFinder), into which `values` are
+  /// continued: the border of the data is no wall, as that of the grid is none.
+  double no_data = 0.0;
+
   /// Takes the range of a frame, and of the frame with this number a copy.
   void add(size_t k, const Volume& frame);
+  /// After the last frame: sets no_data.
+  void leave_out_no_data();
+
+ private:
+  NoDataFinder finder_;
 };
 
 /// What is felt of a volume: a mode, or else a wall derived from its values.

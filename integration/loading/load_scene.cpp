@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "integration/files/frames.h"
@@ -17,6 +18,7 @@
 #include "integration/x3d/x3d_file.h"
 #include "module/haptics/scene/scene.h"
 #include "module/scene/built_in.h"
+#include "module/scene/segment_modes.h"
 
 namespace palpate::loading {
 namespace {
@@ -82,12 +84,27 @@ Status load_volume(LoadedScene& scene, size_t v, bool chooses, const SequenceCho
       part.strength_n = choices.strength_n;
       part.friction = choices.friction;
     }
-  const WallFrame frame = std::move(read.wall_frame);
+  WallFrame frame = std::move(read.wall_frame);
   const auto open_again = std::move(read.open_again);
+
+  frame.leave_out_no_data();
 
   // How it moves.
   auto volume = spec.source.empty() ? carry_motion(spec, std::move(read)) : build(spec);
   if (!volume) return volume.error();
+
+  // A derived wall must hold a hand at the scale at which the volume is shown.
+  const auto start = start_transform(spec, *volume);
+  if (!start) return start.error();
+  const glm::dvec3 scale = start->scale;
+  const double shown =
+      std::cbrt(scale.x * scale.y * scale.z) *
+      (scene.from_sequence ? scale_to_reach(*volume->frames.front(), kUsualReach_m) : 1.0);
+  const SegmentSpec part =
+      spec.segments.parts.empty() ? SegmentSpec() : spec.segments.parts.front();
+  frame.half_mm = half_thickness_mm(
+      std::min(kFirmPress_n, scene.from_sequence ? choices.strength_n : part.strength_n),
+      scene.spec.stiffness_n_per_m, part.stiffness_n_per_m, shown);
 
   // What is felt of it. With segments their walls are felt, the values only if that is asked for.
   std::optional<Result<ChosenWall>> wall;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include "module/scene/segment_modes.h"
@@ -15,6 +16,9 @@ constexpr double kRoom_m = 0.003;      // free space in front of the surface, at
 constexpr double kFarthest_m = 0.030;  // search distance for surfaces
 constexpr double kGrid_m = 0.004;      // spacing of the start positions inside
 constexpr double kCoarse_m = 0.001;
+constexpr double kAside_m = 0.003;  // that a pressing hand may creep
+constexpr double kPress_n = 2.0;
+constexpr int kAround = 8;
 constexpr double kSquarely = 0.8;  // cosine between the direction of a press and a wall's normal
 
 /// A place without data.
@@ -30,7 +34,9 @@ struct TouchedSurface {
 
 class Surfaces {
  public:
-  explicit Surfaces(const LoadedScene& scene) : world_from_device_(scene.spec.world_from_device) {
+  explicit Surfaces(const LoadedScene& scene)
+      : world_from_device_(scene.spec.world_from_device),
+        spring_n_per_m_(scene.spec.stiffness_n_per_m) {
     for (const ModeSpec& mode : modes_of(scene.spec)) {
       if (mode.kind != "surface" || mode.leaving || mode.scalar != ScalarProperty::kValue) continue;
       if (!(mode.strength.highest() > 0.0)) continue;
@@ -64,6 +70,41 @@ class Surfaces {
     return hold;
   }
 
+  /// The strongest wall at a place of the device, N; 0 where there are no data.
+  double newtons_at(glm::dvec3 device_m) const {
+    const glm::dvec3 world = world_from_device_.world_from_volume(device_m);
+    double most_n = 0.0;
+    for (const TouchedSurface& surface : all_) {
+      const glm::dvec3 x = surface.volume->transform.volume_from_world(world);
+      if (glm::all(glm::greaterThanEqual(x, surface.frame->low_m())) &&
+          glm::all(glm::lessThanEqual(x, surface.frame->high_m())))
+        most_n = std::max(most_n, surface.strength(surface.read->scalar(x)));
+    }
+    return most_n;
+  }
+
+  /// Whether the wall holds a press, also a little aside of the place: the hand falls through where
+  /// there is a notch beside it.
+  bool holds_around(const devices::PathPlace& place) const {
+    const glm::dvec3 out = place.outward;
+    const glm::dvec3 along = glm::normalize(
+        glm::cross(out, std::abs(out.z) < 0.8 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0)));
+    const glm::dvec3 across = glm::cross(out, along);
+    const auto holds = [&](glm::dvec3 at) {
+      const double deepest_m = kAside_m + kPress_n / spring_n_per_m_;
+      for (double deep_m = -kAside_m; deep_m < deepest_m; deep_m += kStep_m)
+        if (newtons_at(at - deep_m * out) >= kPress_n) return true;
+      return false;
+    };
+    if (!holds(place.surface_m)) return false;
+    for (int d = 0; d < kAround; ++d) {
+      const double angle = 2.0 * std::numbers::pi * d / kAround;
+      if (!holds(place.surface_m + kAside_m * (std::cos(angle) * along + std::sin(angle) * across)))
+        return false;
+    }
+    return true;
+  }
+
   /// The outward normal of the nearest segment's wall at a place of the device. Empty without
   /// segments: noise tilts the gradient of values.
   std::optional<glm::dvec3> way_out(glm::dvec3 device_m) const {
@@ -85,6 +126,7 @@ class Surfaces {
  private:
   std::vector<TouchedSurface> all_;
   Transform world_from_device_;
+  double spring_n_per_m_;
 };
 
 const std::vector<glm::dvec3>& directions() {
@@ -180,17 +222,21 @@ std::optional<devices::PathPlace> place_to_touch(const LoadedScene& scene,
                                                  const DeviceInfo& device) {
   const Surfaces surfaces(scene);
   // A segment's wall that is met at an angle is slid along instead of pressed: walls met squarely
-  // are searched first, and pressed along their normal.
-  for (const bool squarely : {true, false})
-    for (const glm::dvec3 out : directions()) {
-      auto place = from_outside(surfaces, device, out);
-      if (!place) continue;
-      const auto normal = surfaces.way_out(place->surface_m);
-      if (!normal) return place;
-      const bool is_square = glm::dot(*normal, out) >= kSquarely;
-      if (is_square) place->outward = *normal;
-      if (is_square || !squarely) return place;
+  // come first, and are pressed along their normal. Of these, one that holds all around.
+  std::optional<devices::PathPlace> square, any;
+  for (const glm::dvec3 out : directions()) {
+    auto place = from_outside(surfaces, device, out);
+    if (!place) continue;
+    if (!any) any = place;
+    if (const auto normal = surfaces.way_out(place->surface_m)) {
+      if (glm::dot(*normal, out) < kSquarely) continue;
+      place->outward = *normal;
     }
+    if (surfaces.holds_around(*place)) return place;
+    if (!square) square = place;
+  }
+  if (square) return square;
+  if (any) return any;
   return from_inside(surfaces, device);
 }
 

@@ -14,10 +14,16 @@ namespace {
 
 constexpr std::array kSmooth_mm{1.0, 2.0, 3.0, 4.0};
 constexpr double kFewEnds = 0.1;
-constexpr double kSmallest_mm = 10.0;  // edge of a cube as large as the pieces and holes that stay
-constexpr double kFar_mm = 3.0;        // from a ridge
-constexpr double kSide = 0.003;        // weight of the side of the iso_value beside that of a ridge
-constexpr int kMargin = 8;             // voxels beyond the ends of the data
+constexpr double kQualityShare = 0.67;  // of half_mm, which is for 3 N: for 2 N
+constexpr double kSmallest_mm = 10.0;   // edge of a cube as large as the pieces and holes that stay
+constexpr double kFar_mm = 3.0;         // from a ridge
+constexpr double kSide = 0.003;  // weight of the side of the iso_value beside that of a ridge
+constexpr int kMargin = 8;       // voxels beyond the ends of the data
+constexpr double kLargestBall_mm = 8.0;  // what is larger is anatomy
+constexpr double kClosing = 1.5;         // radius of the closing ball, of that of the opening one
+constexpr double kRegionLeft = 0.5;      // of a region, at least, behind its opening
+constexpr double kSmallerBall = 0.7;     // where less is left
+constexpr int kBalls = 5;
 
 /// Turns the pieces (6 neighbours) of the voxels that are `of` into the other, where they have
 /// fewer voxels than that.
@@ -72,18 +78,57 @@ Volume distance_without_ends(const Mask& mask) {
   return resampled(around, grid);
 }
 
-std::optional<DerivedWall> region_at(const Volume& soft, double iso_value, double smooth_mm) {
+/// What is within a radius of the voxels that are `of` becomes so, too. Nothing comes in from
+/// beyond the grid.
+Mask grown(Mask mask, bool of, double radius_mm) {
+  if (!of)
+    for (uint8_t& value : mask.values) value = !value;
+  const Volume distance = exact_signed_distance(mask);
+  for (size_t v = 0; v < mask.values.size(); ++v)
+    mask.values[v] = (distance.values[v] > -float(radius_mm)) == of;
+  return mask;
+}
+
+size_t voxels_of(const Mask& mask) {
+  return size_t(std::count_if(mask.values.begin(), mask.values.end(),
+                              [](uint8_t value) { return value != 0; }));
+}
+
+/// The region closed and opened by the largest balls that leave enough of it. Sets their radii.
+Mask without_notches(const Mask& region, double half_mm, DerivedWall& wall) {
+  for (int n = 0; n < kBalls && half_mm > 0.0; ++n, half_mm *= kSmallerBall) {
+    const Mask closed = grown(grown(region, true, kClosing * half_mm), false, kClosing * half_mm);
+    Mask opened = grown(grown(closed, false, half_mm), true, half_mm);
+    if (double(voxels_of(opened)) < kRegionLeft * double(voxels_of(closed))) continue;
+    wall.closed_mm = kClosing * half_mm;
+    wall.opened_mm = half_mm;
+    return opened;
+  }
+  return region;
+}
+
+std::optional<DerivedWall> region_at(const Volume& soft, double half_mm, double iso_value,
+                                     double smooth_mm) {
   Mask region{soft.grid, std::vector<uint8_t>(soft.values.size())};
   std::transform(soft.values.begin(), soft.values.end(), region.values.begin(),
                  [&](float value) { return value > iso_value; });
   const glm::dvec3 h = soft.grid.spacing_mm;
   const double smallest_mm = kSmallest_mm * wall_scale(soft.grid);
   const size_t fewest = size_t(std::ceil(std::pow(smallest_mm, 3) / (h.x * h.y * h.z)));
-  drop_small(region, true, fewest);
-  drop_small(region, false, fewest);
-  const auto [low, high] = std::minmax_element(region.values.begin(), region.values.end());
-  if (*low == *high) return std::nullopt;
-  return DerivedWall{distance_without_ends(region), iso_value, smooth_mm, 1.0};
+  const auto without_small = [&] {
+    drop_small(region, true, fewest);
+    drop_small(region, false, fewest);
+    const auto [low, high] = std::minmax_element(region.values.begin(), region.values.end());
+    return *low != *high;
+  };
+  if (!without_small()) return std::nullopt;
+  DerivedWall wall;
+  wall.iso_value = iso_value;
+  wall.smooth_mm = smooth_mm;
+  region = without_notches(region, half_mm, wall);
+  if (!without_small()) return std::nullopt;
+  wall.distance_mm = distance_without_ends(region);
+  return wall;
 }
 
 /// d of ridge_wall() and how much it counts, for each voxel.
@@ -170,7 +215,8 @@ void join(std::vector<float>& f, const Grid& grid, const std::vector<float>& wei
     });
 }
 
-std::optional<DerivedWall> ridges_at(const Volume& soft, double iso_value, double smooth_mm) {
+std::optional<DerivedWall> ridges_at(const Volume& soft, double /*half_mm*/, double iso_value,
+                                     double smooth_mm) {
   const auto [low, high] = std::minmax_element(soft.values.begin(), soft.values.end());
   if (*low == *high) return std::nullopt;
   Ridges ridges = ridges_of(soft, smooth_mm);
@@ -182,21 +228,27 @@ std::optional<DerivedWall> ridges_at(const Volume& soft, double iso_value, doubl
     w += float(kSide);
   }
   join(ridges.distance_mm, soft.grid, ridges.weight, scale);
-  return DerivedWall{{soft.grid, std::move(ridges.distance_mm)}, iso_value, smooth_mm, 1.0};
+  DerivedWall wall;
+  wall.distance_mm = {soft.grid, std::move(ridges.distance_mm)};
+  wall.iso_value = iso_value;
+  wall.smooth_mm = smooth_mm;
+  return wall;
 }
 
-using At = std::optional<DerivedWall> (*)(const Volume& soft, double iso_value, double smooth_mm);
+using At = std::optional<DerivedWall> (*)(const Volume& soft, double half_mm, double iso_value,
+                                          double smooth_mm);
 
-std::optional<DerivedWall> best_of(const Volume& frame, std::optional<double> iso_value,
-                                   std::optional<double> smooth_mm, At at) {
+std::optional<DerivedWall> best_of(const Volume& frame, double half_mm,
+                                   std::optional<double> iso_value, std::optional<double> smooth_mm,
+                                   At at, double depth_mm) {
   std::optional<DerivedWall> best;
   for (const double usual_mm : kSmooth_mm) {
     const double sigma_mm = smooth_mm.value_or(usual_mm * wall_scale(frame.grid));
     const Volume soft = smoothed(frame, sigma_mm);
     std::optional<DerivedWall> wall =
-        at(soft, iso_value ? *iso_value : wall_of(soft).at.iso_value, sigma_mm);
+        at(soft, half_mm, iso_value ? *iso_value : wall_of(soft).at.iso_value, sigma_mm);
     if (!wall) break;  // a stronger one only blurs what is too small
-    wall->ends = wall_quality(wall->distance_mm, {0.0, 1.0}).ends;
+    wall->ends = wall_quality(wall->distance_mm, {0.0, 1.0}, depth_mm).ends;
     if (!best || wall->ends < best->ends) best = std::move(wall);
     if (smooth_mm || best->ends <= kFewEnds) break;
   }
@@ -205,14 +257,18 @@ std::optional<DerivedWall> best_of(const Volume& frame, std::optional<double> is
 
 }  // namespace
 
-std::optional<DerivedWall> region_wall(const Volume& frame, std::optional<double> iso_value,
+std::optional<DerivedWall> region_wall(const Volume& frame, double half_mm,
+                                       std::optional<double> iso_value,
                                        std::optional<double> smooth_mm) {
-  return best_of(frame, iso_value, smooth_mm, region_at);
+  half_mm = std::min(half_mm, kLargestBall_mm);
+  return best_of(frame, half_mm, iso_value, smooth_mm, region_at, kQualityShare * half_mm);
 }
 
-std::optional<DerivedWall> ridge_wall(const Volume& frame, std::optional<double> iso_value,
+std::optional<DerivedWall> ridge_wall(const Volume& frame, double half_mm,
+                                      std::optional<double> iso_value,
                                       std::optional<double> smooth_mm) {
-  return best_of(frame, iso_value, smooth_mm, ridges_at);
+  // Its distance ends kFar_mm behind the border.
+  return best_of(frame, half_mm, iso_value, smooth_mm, ridges_at, 0.0);
 }
 
 }  // namespace palpate

@@ -13,18 +13,28 @@ struct DerivedWall {
   Volume distance_mm;
   double iso_value = 0.0;
   double smooth_mm = 0.0;  ///< standard deviation of the Gaussian before it
-  double ends = 1.0;       ///< as WallQuality::ends, of the surface distance_mm = 0
+  double closed_mm = 0.0;  ///< of a region: radius of the ball by which it was closed, or 0
+  double opened_mm = 0.0;  ///< of a region: radius of the ball by which it was opened, or 0
+  /// As WallQuality::ends, of the surface distance_mm = 0; of a region it is lost, too, where it is
+  /// not as deep as two thirds of half_mm.
+  double ends = 1.0;
 };
 
-/// All lengths below are times wall_scale() of the frame.
+/// half_mm below, >= 0, is half the thickness that a wall needs so that it holds a hand
+/// (half_thickness_mm()). The other lengths are times wall_scale() of the frame.
 
 /// The border of what is brighter than the iso-value (none: wall_of()'s there) in the frame
 /// smoothed by a Gaussian (none: the weakest of 1, 2, 3 and 4 mm with which a stroking hand meets
 /// an end of the wall at no more than a tenth of the places, else the one with the fewest ends),
-/// without its pieces and holes of less than (10 mm)^3. At the ends of the data there is no wall.
-/// Bright things thinner than about twice the Gaussian are lost. Empty where nothing is brighter,
-/// or all. Uses all cores; about a second for 2 million voxels and each Gaussian.
-std::optional<DerivedWall> region_wall(const Volume& frame, std::optional<double> iso_value = {},
+/// without its pieces and holes of less than (10 mm)^3. A hand falls through a wall where a notch
+/// or a gap is beside it, and where it is thinner than its spring is long: so the region is closed
+/// by a ball of 1.5 half_mm (it grows by this and shrinks again) and then opened by one of half_mm
+/// (the other way round), which leaves a body around which a ball of half_mm can be moved
+/// everywhere. Where less than half of it would be left, both balls are smaller. At the ends of the
+/// data there is no wall. Empty where nothing is brighter, or all. Uses all cores; about a second
+/// for 2 million voxels and each Gaussian.
+std::optional<DerivedWall> region_wall(const Volume& frame, double half_mm,
+                                       std::optional<double> iso_value = {},
                                        std::optional<double> smooth_mm = {});
 
 /// Where the values v rise most steeply, whatever they are there. At a blurred step, v = erf(x /
@@ -37,7 +47,8 @@ std::optional<DerivedWall> region_wall(const Volume& frame, std::optional<double
 /// c = +-3 mm says which side of the iso-value (none: wall_of()'s there) the value is on, w0 =
 /// 0.003. The Gaussian before it (none) as for region_wall(). Empty where all values are equal.
 /// Uses all cores.
-std::optional<DerivedWall> ridge_wall(const Volume& frame, std::optional<double> iso_value = {},
+std::optional<DerivedWall> ridge_wall(const Volume& frame, double half_mm,
+                                      std::optional<double> iso_value = {},
                                       std::optional<double> smooth_mm = {});
 
 }  // namespace palpate

@@ -150,6 +150,60 @@ void set_pace(TimeBasis& basis, double frames_per_second) {
   basis.cycle_s *= factor;
 }
 
+/// Whether at least half of the border of `inner` lies against `outer`. Of the same grid.
+bool encloses(const Mask& outer, const Mask& inner) {
+  const glm::ivec3 n = inner.grid.size;
+  const size_t row = size_t(n.x), slice = row * size_t(n.y);
+  size_t faces = 0, against = 0, v = 0;
+  for (int k = 0; k < n.z; ++k)
+    for (int j = 0; j < n.y; ++j)
+      for (int i = 0; i < n.x; ++i, ++v) {
+        if (!inner.values[v]) continue;
+        const auto look = [&](bool is_there, size_t to) {
+          if (is_there && inner.values[to]) return;
+          ++faces;
+          against += is_there && outer.values[to];
+        };
+        look(i > 0, v - 1), look(i + 1 < n.x, v + 1);
+        look(j > 0, v - row), look(j + 1 < n.y, v + row);
+        look(k > 0, v - slice), look(k + 1 < n.z, v + slice);
+      }
+  return faces > 0 && 2 * against >= faces;
+}
+
+/// Adds to each segment those that it encloses, and what these enclose.
+void fill_enclosed(std::vector<SegmentData>& data) {
+  const auto alike = [](const SegmentData& a, const SegmentData& b) {
+    if (a.masks.size() != b.masks.size()) return false;
+    for (size_t k = 0; k < a.masks.size(); ++k)
+      if (!same_geometry(a.masks[k].grid, b.masks[k].grid) ||
+          a.masks[k].values.size() != a.masks[k].grid.count() ||
+          b.masks[k].values.size() != a.masks[k].grid.count())
+        return false;
+    return !a.masks.empty();
+  };
+  // From the file's labels: what has been filled must not make others enclosed.
+  std::vector<std::vector<size_t>> inside(data.size());
+  for (size_t outer = 0; outer < data.size(); ++outer)
+    for (size_t inner = 0; inner < data.size(); ++inner)
+      if (outer != inner && alike(data[outer], data[inner]) &&
+          encloses(data[outer].masks.front(), data[inner].masks.front()))
+        inside[outer].push_back(inner);
+  for (size_t outer = 0; outer < data.size(); ++outer) {
+    std::vector<size_t> filled = inside[outer];
+    for (size_t next = 0; next < filled.size(); ++next)
+      for (const size_t deeper : inside[filled[next]])
+        if (deeper != outer && std::find(filled.begin(), filled.end(), deeper) == filled.end())
+          filled.push_back(deeper);
+    for (const size_t inner : filled)
+      for (size_t k = 0; k < data[outer].masks.size(); ++k) {
+        std::vector<uint8_t>& to = data[outer].masks[k].values;
+        const std::vector<uint8_t>& from = data[inner].masks[k].values;
+        for (size_t v = 0; v < to.size(); ++v) to[v] = to[v] || from[v];
+      }
+  }
+}
+
 /// Segments as smooth signed distances. The masks are used up.
 Status add_segments(const VolumeSpec& spec, std::vector<SegmentData>& data, MovingVolume& volume) {
   const size_t frames = volume.frames.size();
@@ -157,6 +211,7 @@ Status add_segments(const VolumeSpec& spec, std::vector<SegmentData>& data, Movi
     return refused(spec, "its segmentation is of frame " + std::to_string(spec.segments.frame) +
                              ", but its frames are 0 to " + std::to_string(frames - 1) + ".");
   volume.segments_frame = spec.segments.frame;
+  if (spec.segments.one_body) fill_enclosed(data);
   for (SegmentData& of : data) {
     const auto wrong = [&](const std::string& what) {
       return refused(spec, "its segment \"" + of.name + "\" " + what);
@@ -488,6 +543,15 @@ glm::dvec3 filled_box(const VolumeSpec& spec, const MovingVolume& volume) {
   if (fits) common = tied.size() == 3 ? stretch[tied[1]] : 0.5 * (least + most);
   for (const int a : tied) box[a] *= common / stretch[a];
   return box;
+}
+
+double scale_to_reach(const FrameData& frame, double reach_m) {
+  const glm::dvec3 size = frame.high_m() - frame.low_m();
+  // Seven tenths of the reach on either side: corners extend further, and the hand needs free
+  // space.
+  const double room = 2.0 * 0.7 * reach_m;
+  const double longest = std::max({size.x, size.y, size.z});
+  return room > 0.0 && longest > room ? room / longest : 1.0;
 }
 
 Result<Transform> start_transform(const VolumeSpec& spec, const MovingVolume& volume) {

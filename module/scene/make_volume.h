@@ -66,6 +66,12 @@ Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& moti
 /// times. kBadInput if there is no such frame.
 Result<MovingVolume> standing_at(const MovingVolume& own, size_t k);
 
+/// The scale, at most 1, by which data of a frame's extents are shown so that their longest edge
+/// fits a device that reaches so far from its centre.
+double scale_to_reach(const FrameData& frame, double reach_m);
+/// Of a usual device.
+inline constexpr double kUsualReach_m = 0.05;
+
 /// world_from_volume at the start: the spec's transform, or, if it asks for files to be centred,
 /// one that puts the middle of the first frame at the transform's translation, or one that fills
 /// the spec's box (filled_box()). kBadInput, in one sentence, if the data can not fill it without

@@ -166,6 +166,8 @@ struct SegmentsSpec {
   std::vector<SegmentSpec> parts;            ///< none: all that the files have; of values: "wall"
   std::optional<double> iso_value;           ///< of values: none: found in them
   std::optional<double> smooth_mm;           ///< of values: none: found in them
+  /// A part that encloses another fills it: pressing the outer one presses both.
+  bool one_body = true;
 
   bool any() const { return from != SegmentsFrom::kFiles || !files.empty(); }
 };

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "module/scene/frame_data.h"
 #include "module/scene/scene_spec.h"
 
 namespace palpate {
@@ -17,5 +18,28 @@ std::vector<ModeSpec> modes_of(const SceneSpec& spec);
 /// spring: pressed slowly, the hand feels both springs in series, k K / (k + K), up to the
 /// strength. The depth is measured in the world: `scale` is that of the volume in it.
 TransferFunction segment_strength(const SegmentSpec& segment, double scale);
+
+/// Half the thickness, mm of the data, that a wall needs so that a hand that presses it with a
+/// force stays in its half: behind the middle another side is nearer, and the hand falls through.
+/// The hand is behind the surface by F / k, the proxy by F / K: half of (F / k + F / K) / scale.
+/// `scale` is that of the volume in the world, k the stiffness of the scene's spring and K the
+/// wall's.
+double half_thickness_mm(double force_n, double spring_n_per_m, double wall_n_per_m, double scale);
+
+/// What the wall of a segment holds at its thin places.
+struct WallHold {
+  double force_n = 0.0;      ///< at nine tenths of its places, at least
+  double thickness_m = 0.0;  ///< of these, in the world
+};
+
+/// Looks at some hundred places of a segment's border, inwards along the gradient of its distance
+/// (mm, above 0 inside) to where it is largest, at most as far as the strength grows: there is half
+/// of the thickness t. It holds the strength K t / 2 there, and not more than what keeps the hand
+/// in its half (half_thickness_mm()). For walls without a border: all 0. Any thread.
+WallHold wall_hold(const FrameData& distance, const SegmentSpec& segment, double spring_n_per_m,
+                   double scale);
+
+/// What a wall should hold: a firm press, N.
+inline constexpr double kFirmPress_n = 3.0;
 
 }  // namespace palpate

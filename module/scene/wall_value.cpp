@@ -25,14 +25,17 @@ struct Groups {
 
 Groups groups_of(const Volume& frame);
 
-/// Whether the values rise over `iso_value` on the line from `from` along `way`, LPS mm.
-bool rises(const Volume& frame, double iso_value, glm::dvec3 from, glm::dvec3 way) {
+/// Whether the values rise over `iso_value` on the line from `from` along `way`, LPS mm, and behind
+/// it over `deep`.
+bool rises(const Volume& frame, double iso_value, double deep, glm::dvec3 from, glm::dvec3 way) {
   const int samples = int(std::ceil(glm::length(way) / (kSample_mm * wall_scale(frame.grid))));
-  bool is_low = false;
+  bool is_low = false, has_risen = false;
   for (int n = 0; n <= samples; ++n) {
     const glm::dvec3 index = frame.grid.index_from_lps(from + way * (double(n) / samples));
-    const bool is_high = sample(frame, index) > iso_value;
-    if (is_high && is_low) return true;
+    const double value = sample(frame, index);
+    const bool is_high = value > iso_value;
+    has_risen = is_high && (has_risen || is_low);
+    if (has_risen && value > deep) return true;
     is_low = !is_high;
   }
   return false;
@@ -49,7 +52,7 @@ WallValue value_between_groups(const Volume& frame) {
   return groups_of(frame).otsu;
 }
 
-WallQuality wall_quality(const Volume& frame, WallValue at) {
+WallQuality wall_quality(const Volume& frame, WallValue at, double deeper) {
   const Grid& grid = frame.grid;
   // Places: where neighbours along an axis lie on either side of the iso-value, evenly thinned out.
   struct Crossing {
@@ -112,8 +115,8 @@ WallQuality wall_quality(const Volume& frame, WallValue at) {
           glm::any(glm::greaterThan(there, glm::dvec3(grid.size - 1))))
         continue;
       ++looked;
-      lost += !rises(frame, at.iso_value, aside - kAcross_mm * scale * in,
-                     2.0 * kAcross_mm * scale * in);
+      lost += !rises(frame, at.iso_value, at.iso_value + deeper, aside - kAcross_mm * scale * in,
+                     (2.0 * kAcross_mm * scale + deeper) * in);
     }
   }
   quality.slope_per_mm /= double(places.size());

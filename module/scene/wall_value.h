@@ -31,8 +31,9 @@ struct WallQuality {
 double wall_scale(const Grid& grid);
 
 /// Looks at a surface of equal value where the values rise above it, 5 mm times wall_scale() aside.
+/// deeper: it is lost, too, where the values behind it do not rise to iso_value + deeper, >= 0.
 /// Reads the frame once, and along some thousand lines. Any thread.
-WallQuality wall_quality(const Volume& frame, WallValue at);
+WallQuality wall_quality(const Volume& frame, WallValue at, double deeper = 0.0);
 
 /// The surface to feel in a frame: Otsu's, if hardly any other between the two main groups of
 /// values ends more seldom; else, of those that do, the one where the values are steepest.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "compute/volume/heart_phantom.h"
+#include "module/scene/make_volume.h"
 
 namespace palpate {
 
@@ -52,13 +53,8 @@ void make_movable(LoadedScene& scene) {
 double fit_to_reach(LoadedScene& scene, const DeviceInfo& device) {
   VolumeSpec& spec = scene.spec.volumes.front();
   const FrameData& frame = *scene.data.front()->frames.front();
-  const glm::dvec3 size = frame.high_m() - frame.low_m();
-  const double longest = std::max({size.x, size.y, size.z});
-  // Seven tenths of the reach on either side: corners extend further, and the hand needs free
-  // space.
-  const double room = 2.0 * 0.7 * device.workspace_radius_m;
-  if (!(room > 0.0) || longest <= room) return 1.0;
-  const double scale = room / longest;
+  const double scale = scale_to_reach(frame, device.workspace_radius_m);
+  if (!(scale < 1.0)) return 1.0;
   const glm::dvec3 middle = 0.5 * (frame.low_m() + frame.high_m());
   const glm::dvec3 world = spec.transform.world_from_volume(middle);
   spec.transform.scale *= scale;

@@ -54,7 +54,17 @@ std::string note_text(const Note& note) {
           100.0 * n.at(1), n.at(0));
     case NoteKind::kRegionWall:
       return derived_text(fmt::format("the border of what is brighter than {:.4g}", n.at(0)),
-                          &n[1]);
+                          &n[1]) +
+             (n.at(5) > 0.0
+                  ? fmt::format(" Notches below {:.2g} mm are filled, and what is thinner than "
+                                "{:.2g} mm is left out: it would not hold a hand.",
+                                2.0 * n.at(4), 2.0 * n.at(5))
+                  : "");
+    case NoteKind::kNoData:
+      return fmt::format(
+          "{:.0f} % of the volume hold no data (one value in all frames, outside of what was "
+          "scanned): their border is {}.",
+          100.0 * n.at(0), words.at(0));
     case NoteKind::kRidgeWall:
       return derived_text("where the values rise most steeply", n.data());
     case NoteKind::kAlongVectors:

@@ -13,13 +13,16 @@ enum class NoteKind : uint8_t {
   kClosedSurface,    ///< numbers: mm, and the share of places with an end or a hole within them
   kOpenSurface,      ///< the same, of a surface that is no closed wall
   kSurfaceReplaced,  ///< the same, where a derived wall is felt instead
-  kRegionWall,       ///< numbers: iso-value, frame, smoothing in mm, share of places with an end
-  kRidgeWall,        ///< numbers: frame, smoothing in mm, share of places with an end
-  kAlongVectors,     ///< numbers: the length with full force
-  kOwnBox,           ///< words: volume; numbers: its box, m, and the scene's (none: it gives none)
-  kStandsStill,      ///< words: "segmentation" or "wall", volume; numbers: frame
-  kAssumedTimes,     ///< words: volume, what says the times; numbers: frames, s of all
-  kScaledDown,       ///< numbers: the share of its size
+  /// numbers: iso-value, frame, smoothing in mm, share of places with an end, mm by which it was
+  /// closed and opened
+  kRegionWall,
+  kNoData,        ///< words: "no wall" or "felt all the same"; numbers: the share of the volume
+  kRidgeWall,     ///< numbers: frame, smoothing in mm, share of places with an end
+  kAlongVectors,  ///< numbers: the length with full force
+  kOwnBox,        ///< words: volume; numbers: its box, m, and the scene's (none: it gives none)
+  kStandsStill,   ///< words: "segmentation" or "wall", volume; numbers: frame
+  kAssumedTimes,  ///< words: volume, what says the times; numbers: frames, s of all
+  kScaledDown,    ///< numbers: the share of its size
 };
 
 /// Something that a person should know of a scene: a choice that was made, or what is unusual of

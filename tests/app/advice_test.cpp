@@ -43,9 +43,17 @@ TEST(Advice, LeavesNotesAsTheyAreThatNoOptionChanges) {
       {{NoteKind::kClosedSurface, {5.0, 0.1}, {}},
        "A hand that strokes this surface comes to its end or to a hole within 5 mm at 10 % of its "
        "places."},
-      {{NoteKind::kRegionWall, {100.0, 3.0, 2.0, 0.05}, {}},
+      {{NoteKind::kRegionWall, {100.0, 3.0, 2.0, 0.05, 0.0, 0.0}, {}},
        "The wall to feel is derived from the values: the border of what is brighter than 100, in "
        "frame 3 smoothed by 2 mm. A hand that strokes it comes to an end at 5 % of its places."},
+      {{NoteKind::kRegionWall, {100.0, 3.0, 2.0, 0.05, 9.0, 6.0}, {}},
+       "The wall to feel is derived from the values: the border of what is brighter than 100, in "
+       "frame 3 smoothed by 2 mm. A hand that strokes it comes to an end at 5 % of its places. "
+       "Notches below 18 mm are filled, and what is thinner than 12 mm is left out: it would not "
+       "hold a hand."},
+      {{NoteKind::kNoData, {0.42}, {"no wall"}},
+       "42 % of the volume hold no data (one value in all frames, outside of what was scanned): "
+       "their border is no wall."},
       {{NoteKind::kRidgeWall, {3.0, 2.0, 0.05}, {}},
        "The wall to feel is derived from the values: where the values rise most steeply, in frame "
        "3 smoothed by 2 mm. A hand that strokes it comes to an end at 5 % of its places."},

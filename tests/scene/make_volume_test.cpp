@@ -42,6 +42,58 @@ VolumeData some_data() {
   return data;
 }
 
+TEST(MakeVolume, FillsSegmentsWithWhatTheyEnclose) {
+  // Muscle around blood around a valve, and a plate that lies against a third of the muscle.
+  Grid grid;
+  grid.size = glm::ivec3(40);
+  const auto mask_of = [&](const auto& is_inside) {
+    Mask mask{grid, {}};
+    for (int k = 0; k < 40; ++k)
+      for (int j = 0; j < 40; ++j)
+        for (int i = 0; i < 40; ++i) mask.values.push_back(is_inside(glm::dvec3(i, j, k) - 19.5));
+    return mask;
+  };
+  const auto between = [](double low, double high) {
+    return [=](glm::dvec3 x) { return glm::length(x) >= low && glm::length(x) < high; };
+  };
+  for (const bool one_body : {true, false}) {
+    VolumeData data;
+    data.frames.frames.assign(1, {grid, std::vector<float>(grid.count(), 1.0F)});
+    data.frames.times_s = {0.0};
+    const glm::vec3 white(1.0F);
+    data.segments = {{"valve", white, true, {mask_of(between(0.0, 3.0))}},
+                     {"muscle", white, true, {mask_of(between(9.0, 14.0))}},
+                     {"blood", white, true, {mask_of(between(3.0, 9.0))}},
+                     {"plate", white, true, {mask_of([](glm::dvec3 x) {
+                        return glm::length(x) >= 14.0 && x.x > 10.0 && x.x < 13.0;
+                      })}}};
+    VolumeSpec spec;
+    spec.name = "heart";
+    spec.segments.one_body = one_body;
+    const auto volume = build(spec, std::move(data));
+    ASSERT_TRUE(volume) << volume.error().message;
+    const auto at_mm = [&](size_t segment, double away_mm) {
+      return volume->segments[segment].distance_mm.front()->scalar(
+          volume_from_lps(glm::dvec3(19.5, 19.5 + away_mm, 19.5)));
+    };
+    if (one_body) {
+      EXPECT_GT(at_mm(1, 6.0), 6.0);  // the muscle is all of the heart
+      EXPECT_GT(at_mm(1, 0.0), 10.0);
+      EXPECT_GT(at_mm(2, 0.0), 5.0);  // the blood has the valve in it
+    } else {
+      EXPECT_LT(at_mm(1, 6.0), -2.0);
+      EXPECT_LT(at_mm(2, 0.0), -0.5);
+    }
+    EXPECT_NEAR(at_mm(1, 14.0), 0.0, 0.6);
+    EXPECT_NEAR(at_mm(0, 3.0), 0.0, 0.6);
+    EXPECT_LT(at_mm(3, 6.0), 0.0);
+    // The muscle does not contain what only lies against it.
+    EXPECT_LT(volume->segments[1].distance_mm.front()->scalar(
+                  volume_from_lps(glm::dvec3(31.0, 31.5, 19.5))),
+              0.0);
+  }
+}
+
 TEST(MakeVolume, MakesSmoothDistancesOfSegmentsAndSaysWhatIsWrongWithThem) {
   const auto built = [](size_t masks, const std::function<void(SegmentData&)>& change) {
     VolumeData data = some_data();

@@ -338,6 +338,7 @@ void read_segments(JsonObject& parent, const char* key, SegmentsSpec& out) {
                "it is missing: name a segmentation, or one for each frame, or derive a wall "
                "\"from\" the "
                "values");
+    o.boolean("one_body", out.one_body);
   }
   double frame = 0.0;
   if (o.number("frame", frame, kFrameNumbers)) {

@@ -145,6 +145,7 @@ class JsonSceneWriter {
     if (s.iso_value) o["iso_value"] = *s.iso_value;
     if (s.smooth_mm) o["smooth_mm"] = *s.smooth_mm;
     put(o, "frame", s.frame, size_t(0));
+    put(o, "one_body", s.one_body, true);
     for (const SegmentSpec& of : s.parts) {
       OrderedJson part = {{"name", of.name}};
       put(part, "labels", of.labels, usual.labels);

@@ -22,6 +22,7 @@
 #include "module/scene/built_in.h"
 #include "module/scene/derived_wall.h"
 #include "module/scene/make_volume.h"
+#include "module/scene/segment_modes.h"
 #include "module/scene/wall_value.h"
 #include "tests/lab/studies/measuring.h"
 
@@ -244,6 +245,12 @@ void add_by_values(Subject& subject, const ReadSequence& from) {
   subject.felt.push_back(std::move(carried_values));
 }
 
+/// Half the thickness that a usual wall needs where this is shown on a usual device.
+double usual_half_mm(const FrameData& frame) {
+  return half_thickness_mm(kFirmPress_n, SceneSpec().stiffness_n_per_m,
+                           SegmentSpec().stiffness_n_per_m, scale_to_reach(frame, kUsualReach_m));
+}
+
 /// Ways to feel without a segmentation, each with its own surface: the values, and the walls
 /// derived from them.
 void add_derived(Subject& subject, const Volume& reference, const HeartsOptions& options) {
@@ -262,8 +269,10 @@ void add_derived(Subject& subject, const Volume& reference, const HeartsOptions&
   const double level = wall_of(reference).at.iso_value;
   const auto above = [level](float v) { return v > level; };
   add(subject.felt.back().name, signed_distance(mask_of(reference, above)), true);
-  if (const auto wall = region_wall(reference)) add("region carried", wall->distance_mm, false);
-  if (const auto wall = ridge_wall(reference)) add("ridges carried", wall->distance_mm, false);
+  const double half_mm = usual_half_mm(*carried_volume->frames.front());
+  for (const auto& [name, derive] :
+       {std::pair{"region carried", &region_wall}, {"ridges carried", &ridge_wall}})
+    if (const auto wall = derive(reference, half_mm, {}, {})) add(name, wall->distance_mm, false);
 }
 
 }  // namespace
@@ -373,12 +382,16 @@ std::string derived_in(const Volume& frame) {
   std::string text;
   for (const auto& [name, made] : {std::pair{"region", &region_wall}, {"ridges", &ridge_wall}}) {
     const auto begin = std::chrono::steady_clock::now();
-    const auto wall = made(frame, {}, {});
+    const auto wall = made(frame, usual_half_mm(*sampled_scalar(frame)), {}, {});
     const double took_s =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     if (wall)
-      text += fmt::format("  {}: smoothed by {:.3g} mm, ends at {:.0f} %; {:.2f} s\n", name,
-                          wall->smooth_mm, 100.0 * wall->ends, took_s);
+      text += fmt::format(
+          "  {}: smoothed by {:.3g}, closed by {:.3g}, opened by {:.3g} mm, ends at {:.1f} % "
+          "({:.1f} "
+          "% where 2 N are needed); {:.2f} s\n",
+          name, wall->smooth_mm, wall->closed_mm, wall->opened_mm,
+          100.0 * wall_quality(wall->distance_mm, {0.0, 1.0}).ends, 100.0 * wall->ends, took_s);
     else
       text += fmt::format("  {}: none\n", name);
   }
