@@ -297,44 +297,70 @@ struct TubeKnot {
 /// A tube through knots: the union of round cones.
 class Tube {
  public:
-  Tube(std::initializer_list<TubeKnot> knots) : count_(knots.size()) {
-    assert(count_ >= 2 && count_ <= knots_.size());
-    std::copy(knots.begin(), knots.end(), knots_.begin());
-    glm::dvec3 low(1e300), high(-1e300);
-    for (const TubeKnot& k : knots)
-      low = glm::min(low, k.at - k.radius), high = glm::max(high, k.at + k.radius);
-    middle_ = 0.5 * (low + high);
-    half_ = 0.5 * (high - low);
+  Tube(std::initializer_list<TubeKnot> knots) : box_(knots), count_(knots.size() - 1) {
+    assert(knots.size() >= 2 && count_ <= cones_.size());
+    for (size_t k = 0; k < count_; ++k) cones_[k] = Cone(knots.begin()[k], knots.begin()[k + 1]);
   }
 
   template <class Point>
   NumberOf<Point> distance(const Point& p) const {
     using Number = NumberOf<Point>;
+    constexpr double kRound = 2.0, kRounding = 1e-6;
     const glm::dvec3 v(dual::value(p.x), dual::value(p.y), dual::value(p.z));
-    const glm::dvec3 out = glm::abs(v - middle_) - half_;
-    const double bound = std::max({out.x, out.y, out.z});
+    const double bound = box_.distance(v);
     if (bound > kFar) return bound;
     Number nearest = 1e9;
-    for (size_t k = 0; k + 1 < count_; ++k) nearest = joined(nearest, cone(p, k), 2.0);
+    for (size_t k = 0; k < count_; ++k) {
+      // A cone that is too far away for a fillet changes nothing.
+      if (cones_[k].box.distance(v) - kRounding > dual::value(nearest) + kRound) continue;
+      nearest = joined(nearest, cones_[k].distance(p), kRound);
+    }
     return nearest;
   }
 
  private:
-  template <class Point>
-  NumberOf<Point> cone(const Point& p, size_t k) const {
-    using Number = NumberOf<Point>;
-    const glm::dvec3 way = knots_[k + 1].at - knots_[k].at;
-    const Point v = from(p, knots_[k].at);
-    const Number t = along(v, way) * (1.0 / glm::dot(way, way));
-    const Number on = larger(smaller(t, Number(1.0)), Number(0.0));
-    const Number away2 = squared(moved(v, Number(-1.0 * on), way));
-    return dual::square_root(away2 + 1e-12) - knots_[k].radius -
-           on * (knots_[k + 1].radius - knots_[k].radius);
-  }
+  /// What contains the balls around knots: no point of their tube is nearer than it.
+  struct Box {
+    Box() = default;
+    explicit Box(std::initializer_list<TubeKnot> knots) {
+      glm::dvec3 low(1e300), high(-1e300);
+      for (const TubeKnot& k : knots)
+        low = glm::min(low, k.at - k.radius), high = glm::max(high, k.at + k.radius);
+      middle = 0.5 * (low + high);
+      half = 0.5 * (high - low);
+    }
+    double distance(glm::dvec3 v) const {
+      const glm::dvec3 out = glm::abs(v - middle) - half;
+      return std::max({out.x, out.y, out.z});
+    }
+    glm::dvec3 middle{0.0}, half{0.0};
+  };
+  struct Cone {
+    Cone() = default;
+    Cone(const TubeKnot& from, const TubeKnot& to)
+        : box({from, to}),
+          at(from.at),
+          way(to.at - from.at),
+          per_length2(1.0 / glm::dot(way, way)),
+          radius(from.radius),
+          wider(to.radius - from.radius) {}
+    template <class Point>
+    NumberOf<Point> distance(const Point& p) const {
+      using Number = NumberOf<Point>;
+      const Point v = from(p, at);
+      const Number t = along(v, way) * per_length2;
+      const Number on = larger(smaller(t, Number(1.0)), Number(0.0));
+      const Number away2 = squared(moved(v, Number(-1.0 * on), way));
+      return dual::square_root(away2 + 1e-12) - radius - on * wider;
+    }
+    Box box;
+    glm::dvec3 at{0.0}, way{0.0};
+    double per_length2 = 0.0, radius = 0.0, wider = 0.0;
+  };
 
-  std::array<TubeKnot, 10> knots_;
+  Box box_;
+  std::array<Cone, 9> cones_;
   size_t count_;
-  glm::dvec3 middle_, half_;
 };
 
 const Ellipsoid kLeft{kLeftCentre, {26.5, 26.5, 42.0}, kAxes};
