@@ -6,13 +6,17 @@
 #include <cmath>
 #include <regex>
 
+#include "tests/app/scenes.h"
+
 namespace palpate::app {
 
 using files::TemporaryFolder;
 
 std::string still_heart(const TemporaryFolder& folder) {
+  // From a file, because the program computes all frames and their motion of its own shell.
+  written(shell_phantom(64, 1).frames[0], folder / "still.mha");
   const std::string file = folder / "still.json";
-  std::ofstream(file) << R"({"volumes": [{"name": "heart", "source": "shell", "rate": 0}],
+  std::ofstream(file) << R"({"volumes": [{"name": "heart", "files": "still.mha"}],
     "modes": [{"name": "wall", "kind": "surface", "volume": "heart",
                "strength": {"window": {"level": 625, "width": 150, "full": 5}}}]})";
   return file;

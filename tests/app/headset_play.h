@@ -18,7 +18,7 @@ namespace palpate::app {
 inline constexpr const char* kSelect = "input /user/hand/right/input/select/click ";
 inline constexpr const char* kMenu = "input /user/hand/left/input/menu/click ";
 
-/// A scene file: the beating shell of `palpate feel shell`, standing still.
+/// A scene file: one frame of the shell of `palpate feel shell`, at half its resolution.
 std::string still_heart(const files::TemporaryFolder& folder);
 /// The command line of `palpate feel`.
 std::vector<std::string> feel(const std::string& what, const std::vector<std::string>& more);

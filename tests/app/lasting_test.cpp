@@ -6,6 +6,7 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "tests/app/program.h"
@@ -32,6 +33,19 @@ void expect_ramp_at_the_end(const fs::path& csv) {
     EXPECT_LT(std::abs(ticks.force(row + 1) - ticks.force(row)), 0.2) << "row " << row;
 }
 
+/// A scene file: a ball that comes and goes, and a wall around it. By a formula, so that the hand
+/// touches it at once: none of these tests depends on what is touched.
+std::string swinging_ball(const TemporaryFolder& folder) {
+  const std::string file = folder / "ball.json";
+  std::ofstream(file) << R"({
+    "volumes": [{"name": "ball", "source": "charges", "box_m": [0.128, 0.128, 0.128],
+                 "charges": [{"strength_v_m": 1, "softness_m": 0.02}],
+                 "drive": {"kind": "swing", "axis": [0, 0, 1], "amplitude_m": 0.005, "rate_hz": 1}}],
+    "modes": [{"name": "wall", "kind": "surface", "volume": "ball",
+               "strength": {"window": {"level": 25, "width": 4, "full": 5}}}]})";
+  return file;
+}
+
 std::string black_boxes(const fs::path& folder) {
   std::string names;
   for (const auto& entry : fs::directory_iterator(folder))
@@ -46,8 +60,8 @@ TEST(TheEndOfARun, IsOrderlyWhenTheDisplayDiesInContact) {
   auto display = VirtualDisplay::start(1280, 800, why_not);
   if (!display) GTEST_SKIP() << why_not;
   const TemporaryFolder folder;
-  Program program({"feel", "heart", "--headset", "none", "--device", "simulated", "--csv",
-                   folder / "t.csv", "--record", folder / "r.rec", "--black-box",
+  Program program({"feel", swinging_ball(folder), "--headset", "none", "--device", "simulated",
+                   "--csv", folder / "t.csv", "--record", folder / "r.rec", "--black-box",
                    folder.path().string(), "--seconds", "120"});
   ASSERT_TRUE(program.wait_for("touching"));
   display.reset();
@@ -57,7 +71,7 @@ TEST(TheEndOfARun, IsOrderlyWhenTheDisplayDiesInContact) {
   EXPECT_THAT(outcome.err, ::testing::Not(HasSubstr("XIO")));
   expect_ramp_at_the_end(folder / "t.csv");
   EXPECT_THAT(black_boxes(folder.path()), HasSubstr("display-lost.csv"));
-  const Outcome replayed = run({"feel", "heart", "--replay", folder / "r.rec"});
+  const Outcome replayed = run({"feel", swinging_ball(folder), "--replay", folder / "r.rec"});
   EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
   EXPECT_THAT(replayed.out, HasSubstr("bit by bit"));
 }
@@ -66,8 +80,8 @@ class EndBySignal : public ::testing::TestWithParam<int> {};
 
 TEST_P(EndBySignal, RampsAndFinishesWhatIsWritten) {
   const TemporaryFolder folder;
-  Program program({"feel", "heart", "--headset", "off", "--device", "simulated", "--csv",
-                   folder / "t.csv", "--record", folder / "r.rec", "--seconds", "120"});
+  Program program({"feel", swinging_ball(folder), "--headset", "off", "--device", "simulated",
+                   "--csv", folder / "t.csv", "--record", folder / "r.rec", "--seconds", "120"});
   ASSERT_TRUE(program.wait_for("touching"));
   // Twice, as timeout and Slurm send it: to the program and to its group.
   program.signal(GetParam());
@@ -77,7 +91,7 @@ TEST_P(EndBySignal, RampsAndFinishesWhatIsWritten) {
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.err, "");
   expect_ramp_at_the_end(folder / "t.csv");
-  const Outcome replayed = run({"feel", "heart", "--replay", folder / "r.rec"});
+  const Outcome replayed = run({"feel", swinging_ball(folder), "--replay", folder / "r.rec"});
   EXPECT_THAT(replayed.out, HasSubstr("bit by bit"));
   EXPECT_THAT(replayed.out, ::testing::Not(HasSubstr("cut off")));
 }
@@ -86,12 +100,12 @@ INSTANTIATE_TEST_SUITE_P(, EndBySignal, ::testing::Values(SIGINT, SIGTERM, SIGHU
 
 TEST(TheEndOfARun, ThatIsKilledLeavesARecordingThatReplays) {
   const TemporaryFolder folder;
-  Program program({"feel", "heart", "--headset", "off", "--device", "simulated", "--record",
-                   folder / "r.rec", "--seconds", "120"});
+  Program program({"feel", swinging_ball(folder), "--headset", "off", "--device", "simulated",
+                   "--record", folder / "r.rec", "--seconds", "120"});
   ASSERT_TRUE(program.wait_for("touching"));
   program.signal(SIGKILL);
   program.wait();
-  const Outcome replayed = run({"feel", "heart", "--replay", folder / "r.rec"});
+  const Outcome replayed = run({"feel", swinging_ball(folder), "--replay", folder / "r.rec"});
   EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
   EXPECT_THAT(replayed.out, HasSubstr("bit by bit; the recording is cut off there"));
 }
@@ -103,8 +117,8 @@ TEST(TheEndOfARun, ByAFileThatMayNotGrowIsNotTheEndOfTheHand) {
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
   const rlimit small{200'000, before.rlim_max};
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
-  Program program({"feel", "heart", "--headset", "off", "--device", "simulated", "--csv",
-                   folder / "t.csv", "--seconds", "4"});
+  Program program({"feel", swinging_ball(folder), "--headset", "off", "--device", "simulated",
+                   "--csv", folder / "t.csv", "--seconds", "4"});
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
   const Outcome outcome = program.wait();
   EXPECT_EQ(outcome.exit_code, 2) << outcome.out;

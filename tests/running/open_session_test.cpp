@@ -1,5 +1,6 @@
 // What a request becomes: options of the loop, the device, and what is kept. The scene is the
-// synthetic shell, the device a simulated hand, so nothing waits for anything.
+// synthetic molecule, which needs no time, the device a simulated hand, so nothing waits for
+// anything.
 #include "integration/running/open_session.h"
 
 #include <gmock/gmock.h>
@@ -19,7 +20,7 @@ using ::testing::StartsWith;
 
 SessionRequest with(std::initializer_list<std::pair<const char*, nlohmann::json>> options) {
   SessionRequest request;
-  request.inputs = {"shell"};
+  request.inputs = {"molecule"};
   request.device = "simulated";
   for (const auto& [key, value] : options) {
     const Status set = set_option(request, key, value);
@@ -97,9 +98,10 @@ TEST(OpenSession, EstimatesOnlyWhereItIsAskedTo) {
 }
 
 TEST(OpenSession, LeavesMissingMotionOutOfARecording) {
+  SessionRequest request = with({{"forget_motion", true}, {"record", "run.ticks"}});
+  request.inputs = {"shell"};  // something with a motion
   ConnectedSession connected;
-  const auto prepared =
-      prepare_session(with({{"forget_motion", true}, {"record", "run.ticks"}}), {}, {}, connected);
+  const auto prepared = prepare_session(std::move(request), {}, {}, connected);
   ASSERT_TRUE(prepared) << prepared.error().message;
   EXPECT_TRUE(prepared->leaves_motion_out);
   EXPECT_TRUE(prepared->scene.missing.empty());
@@ -127,7 +129,7 @@ TEST(OpenSession, TakesTheSceneFilesSection) {
   const files::TemporaryFolder folder;
   const auto scene = [&](const char* section) {
     std::ofstream(folder / "scene.json")
-        << R"({"session": )" << section << R"(, "volumes": [{"name": "s", "source": "shell"}],
+        << R"({"session": )" << section << R"(, "volumes": [{"name": "s", "source": "molecule"}],
                "modes": [{"volume": "s", "strength": 2}]})";
     SessionRequest request = with({{"watchdog_s", 0.02}});
     request.inputs = {folder / "scene.json"};
