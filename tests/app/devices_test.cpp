@@ -170,13 +170,13 @@ TEST(PolhemProgram, IsFeltThroughItsPort) {
 }
 
 TEST(DeviceOption, SaysWhatIsWrongWithIt) {
-  EXPECT_THAT(run({"feel", "shell", "--device", "haply@here:there"}).err,
+  EXPECT_THAT(run({"feel", "molecule", "--device", "haply@here:there"}).err,
               AllOf(HasSubstr("no place of a Haply device"), HasSubstr("localhost:10001")));
-  EXPECT_THAT(run({"feel", "shell", "--device", "force-dimension@first"}).err,
+  EXPECT_THAT(run({"feel", "molecule", "--device", "force-dimension@first"}).err,
               HasSubstr("no place of a Force Dimension device"));
-  EXPECT_THAT(run({"feel", "shell", "--device", "mouse@1"}).err,
+  EXPECT_THAT(run({"feel", "molecule", "--device", "mouse@1"}).err,
               HasSubstr("only a real device has a place"));
-  EXPECT_THAT(run({"feel", "shell", "--device", "happly"}).err, HasSubstr("haply"));
+  EXPECT_THAT(run({"feel", "molecule", "--device", "happly"}).err, HasSubstr("haply"));
 }
 
 }  // namespace

@@ -344,16 +344,16 @@ TEST(Feel, KeepsTheTicksAroundAFaultWithTheProgramsStateAndSaysWhere) {
 TEST(Feel, SaysInOneSentenceWhatIsWrong) {
   const TemporaryFolder folder;
   const std::string scene = folder / "scene.json";
-  std::ofstream(scene) << R"({"volumes": [{"name": "a", "source": "heart", "colour": 3}],
+  std::ofstream(scene) << R"({"volumes": [{"name": "a", "source": "molecule", "colour": 3}],
                               "modes": [{"volume": "a", "strength": 2}]})";
   const std::pair<std::vector<std::string>, std::string> cases[] = {
       {{"feel", "hart"}, "'hart' does not exist"},
       {{"feel", scene}, "colour"},
-      {{"feel", "heart", "--device", "simulated", "--hand", "third"}, "'third' is not known"},
-      {{"feel", "heart", "--device", "simulated", "--path", "wiggle"}, "'wiggle' is no file"},
-      {{"feel", "heart", "--device", "haptic"}, "haptic"},
-      {{"feel", "heart", "--device", "simulated", "--csv", "/nowhere/x.csv"}, "/nowhere/x.csv"},
-      {{"feel", "heart", "--falcon-firmware", "/nowhere/fw.bin", "--device", "falcon"},
+      {{"feel", "molecule", "--device", "simulated", "--hand", "third"}, "'third' is not known"},
+      {{"feel", "molecule", "--device", "simulated", "--path", "wiggle"}, "'wiggle' is no file"},
+      {{"feel", "molecule", "--device", "haptic"}, "haptic"},
+      {{"feel", "molecule", "--device", "simulated", "--csv", "/nowhere/x.csv"}, "/nowhere/x.csv"},
+      {{"feel", "molecule", "--falcon-firmware", "/nowhere/fw.bin", "--device", "falcon"},
        "/nowhere/fw.bin"},
       {{"plan", scene}, "colour"},
   };

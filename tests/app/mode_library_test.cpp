@@ -15,7 +15,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 const std::string kScene = R"({
-  "volumes": [{"name": "ball", "source": "shell"}],
+  "volumes": [{"name": "ball", "source": "shell-exact"}],
   "modes": [{"name": "held", "kind": "snap", "volume": "ball", "strength": 2, "gain": 500,
              "range_m": 0.004}]})";
 
@@ -104,7 +104,7 @@ TEST(ModeLibrary, RefusesWhatIsNoLibraryOfModesInOneSentence) {
               HasSubstr("is no library of haptic modes"));
   EXPECT_THAT(refusal(PALPATE_OLD_MODES), HasSubstr("compiled for another version"));
   EXPECT_THAT(refusal(folder / "absent.so"), HasSubstr("absent.so"));
-  const Outcome made = run({"plan", "heart", "--modes", PALPATE_SNAP_MODE});
+  const Outcome made = run({"plan", "molecule", "--modes", PALPATE_SNAP_MODE});
   EXPECT_EQ(made.exit_code, 2);
   EXPECT_THAT(made.err, HasSubstr("Libraries of haptic modes are for a scene file"));
 }
