@@ -42,9 +42,11 @@ void expect_fresh_answers(FalconLoop& loop, EmulatedFalcon& falcon) {
     const glm::dvec3 place(0.0, n % 2 ? 0.4e-3 : -0.4e-3, 0.130);
     loop.each = [&] { falcon.place(place); };
     loop.step();
-    // If the machine stood still for longer than the waiting time, the loop asks again.
-    if (!loop.last.fresh) {
-      ASSERT_TRUE(loop.until([&] { return loop.last.fresh; }, "an answer"));
+    // If the machine stood still for longer than the waiting time, or than a host may be away, the
+    // loop asks again.
+    const auto answered = [&] { return loop.last.fresh && loop.last.fault == DeviceFault::kNone; };
+    if (!answered()) {
+      ASSERT_TRUE(loop.until(answered, "an answer"));
     }
     EXPECT_LT(glm::distance(loop.last.position_m, place), kCount_m) << "exchange " << n;
   }
@@ -187,7 +189,8 @@ TEST(Falcon, LoadsFirmwareAgainAfterAPowerCut) {
   falcon.power_cycle();
   ASSERT_TRUE(loop.until_fault(DeviceFault::kTimeout));
   ASSERT_TRUE(loop.until_fault(DeviceFault::kNotHomed));
-  EXPECT_EQ(falcon.uploads(), 1);
+  // More than one if the machine stood still for longer than an image may take.
+  EXPECT_GE(falcon.uploads(), 1);
 }
 
 TEST(Falcon, SaysThatItHasNoFirmware) {

@@ -17,7 +17,7 @@ class HaplyRig final : public MailboxRig {
   struct Options {
     EmulatedHaply::Options service;
     MailboxOptions mailbox = patient_mailbox();
-    int64_t answer_wait_ns = 100'000'000;
+    int64_t answer_wait_ns = 250'000'000;
     bool events = true;
   };
   static Options patient() { return {}; }
@@ -50,7 +50,7 @@ using Json = nlohmann::json;
 /// machine takes to run the service's thread.
 Rig::Options less_patient() {
   Rig::Options options = Rig::patient();
-  options.answer_wait_ns = 50'000'000;
+  options.answer_wait_ns = 100'000'000;
   return options;
 }
 
@@ -273,7 +273,7 @@ std::vector<Row> rows() {
        .after = [](Rig& rig) { EXPECT_GE(rig.device->counts().opened, 2U); },
        .options = less_patient()},
       {.name = "AnswersAreLate",
-       .inject = set([](Faults& faults) { faults.delay_ns = 150'000'000; }),
+       .inject = set([](Faults& faults) { faults.delay_ns = 300'000'000; }),
        .fault = DeviceFault::kTimeout,
        .within = 0,
        .recover = heal,

@@ -181,7 +181,7 @@ class MyDeviceRig final : public MailboxRig {
  public:
   struct Options {
     MailboxOptions mailbox = patient_mailbox();
-    int64_t answer_wait_ns = 100'000'000;
+    int64_t answer_wait_ns = 250'000'000;
   };
   static Options patient() { return {}; }
 
@@ -220,7 +220,7 @@ std::string nothing(const std::string&) {
 /// other end's thread.
 Rig::Options less_patient() {
   Rig::Options options = Rig::patient();
-  options.answer_wait_ns = 50'000'000;
+  options.answer_wait_ns = 100'000'000;
   return options;
 }
 

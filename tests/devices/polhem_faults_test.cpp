@@ -22,7 +22,7 @@ class PolhemRig final : public MailboxRig {
  public:
   struct Options {
     MailboxOptions mailbox = patient_mailbox();
-    int64_t answer_wait_ns = 100'000'000;
+    int64_t answer_wait_ns = 250'000'000;
     size_t line_bytes = 64;
   };
   static Options patient() { return {}; }
@@ -49,7 +49,7 @@ using Faults = EmulatedPolhem::Faults;
 /// waiting time, because a late answer counts as one more missing one.
 Rig::Options less_patient() {
   Rig::Options options = Rig::patient();
-  options.answer_wait_ns = 50'000'000;
+  options.answer_wait_ns = 100'000'000;
   return options;
 }
 
@@ -141,7 +141,7 @@ std::vector<Row> rows() {
        .after = [](Rig& rig) { EXPECT_GE(rig.device->counts().opened, 2U); },
        .options = less_patient()},
       {.name = "AnswersAreLate",
-       .inject = set([](Faults& faults) { faults.delay_ns = 150'000'000; }),
+       .inject = set([](Faults& faults) { faults.delay_ns = 300'000'000; }),
        .fault = DeviceFault::kTimeout,
        .within = 0,
        .recover = heal,
