@@ -10,7 +10,7 @@
 #include "compute/volume/result.h"
 #include "compute/volume/volume.h"
 
-/// Pictures of frames, motion fields and their errors, as PNG.
+/// Pages of a pair or a sequence: frames, motion fields and their errors, as PNG.
 ///
 /// All pictures cut the patient along axial, coronal and sagittal planes in LPS, whatever the
 /// direction and spacing of the grid, on one scale in mm, hung as radiologists do: patient's left
@@ -30,36 +30,6 @@ struct Caption {
   /// Where the three planes meet, LPS mm; where most moves, or in the middle, if not given.
   std::optional<glm::dvec3> focus_lps_mm = std::nullopt;
 };
-
-/// Where most moves: the mean position (LPS mm) of the field's samples, weighed by |u|^2, inside
-/// the mask if there is one; the middle of the grid if nothing moves.
-glm::dvec3 focus_of(const Field& field, const Mask* mask = nullptr);
-
-/// A frame in greys, window from its percentiles; with a field: arrows from each point to where it
-/// goes, coloured by length.
-Status write_frame(const std::string& path, const Volume& frame, const Field* field,
-                   const Caption& caption, const Mask* mask = nullptr);
-
-/// |u| in mm as a map, drawn where the frame's grid has voxels.
-Status write_motion_map(const std::string& path, const Field& field, const Grid& frame_grid,
-                        const Caption& caption);
-
-/// A square lattice carried along by the field, over the frame; red where det(1 + du/dx) <= 0.
-Status write_carried_lattice(const std::string& path, const Field& field, const Volume& frame,
-                             const Caption& caption);
-
-/// |u - truth| in mm as a map, inside the mask if there is one, drawn where the truth has samples.
-Status write_error_map(const std::string& path, const Field& field, const Field& truth,
-                       const Mask* mask, const Caption& caption);
-
-/// Confidence from 0 (a guess) to 1 (sure) as a map, drawn where the frame's grid has voxels.
-Status write_confidence_map(const std::string& path, const Confidence& confidence,
-                            const Grid& frame_grid, const Caption& caption);
-
-/// Two rows: moving minus fixed, and moving carried back by the field minus fixed, on the same
-/// colours.
-Status write_difference(const std::string& path, const Volume& fixed, const Volume& moving,
-                        const Field& field, const Caption& caption);
 
 /// What there is to show of a pair. Nothing is copied: all must outlive the call.
 struct PairPicture {

@@ -19,6 +19,21 @@ Status checked(const std::string& path, const Grid& grid, size_t samples, const 
                   path, what, samples, grid.size.x, grid.size.y, grid.size.z)};
 }
 
+glm::dvec3 focus_of(const Field& field, const Mask* mask) {
+  glm::dvec3 sum(0.0);
+  double weight_sum = 0.0;
+  visit_samples(field.grid, 300'000, [&](glm::dvec3 lps_mm) {
+    if (!inside(mask, lps_mm)) return;
+    const glm::dvec3 u_mm = sample_at_lps(field, lps_mm);
+    const double weight = glm::dot(u_mm, u_mm);
+    if (!(weight < 1e12)) return;  // also NaN
+    sum += weight * lps_mm;
+    weight_sum += weight;
+  });
+  if (weight_sum < 1e-12) return box_of(field.grid).centre_mm();
+  return sum / weight_sum;
+}
+
 namespace {
 
 Page page_with(const Caption& caption, const BoundingBox& box, glm::dvec3 focus_lps_mm) {

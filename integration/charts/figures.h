@@ -51,4 +51,8 @@ Range symmetric_range(const std::vector<double>& values);
 /// Root of the mean square; 0 of none.
 double root_mean_square(const std::vector<double>& values);
 
+/// Where most moves: the mean position (LPS mm) of the field's samples, weighed by |u|^2, inside
+/// the mask if there is one; the middle of the grid if nothing moves.
+glm::dvec3 focus_of(const Field& field, const Mask* mask = nullptr);
+
 }  // namespace palpate::charts

@@ -12,9 +12,9 @@
 namespace palpate::charts {
 namespace {
 
-// An arrow of 10 mm on a picture of 128 mm and 400 px is 31 px long at stretch 1. Its opposite
-// starts at the same point, so the centres of the two are about one length apart. Half of that is a
-// clear difference.
+// An arrow of 10 mm on a view of 128 mm and 280 px is 22 px long at stretch 1. Its opposite starts
+// at the same point, so the centres of the two are about one length apart. Half of that is a clear
+// difference.
 constexpr double kClearlyApartPx = 12.0;
 
 ReadPicture picture_of(const Grid& grid, glm::dvec3 motion_mm) {
@@ -23,7 +23,7 @@ ReadPicture picture_of(const Grid& grid, glm::dvec3 motion_mm) {
     return motion_mm * std::exp(-0.5 * glm::dot(x, x) / (4.0 * 4.0));
   });
   const ScratchFile file("arrow.png");
-  const auto written = write_frame(file.path(), frame, &field, {"Motion", ""});
+  const auto written = write_sequence_strip(file.path(), {{&frame, &field}}, {"Motion", ""});
   EXPECT_TRUE(written) << (written ? "" : written.error().message);
   return read_png(file.path());
 }
@@ -89,7 +89,7 @@ TEST(Arrows, HaveTheirTrueLengthWhereVoxelsAreUneven) {
   const Grid grid = centred_grid({32, 128, 1}, {4.0, 1.0, 3.0});
   const double across = direction_on_page(grid, {8, 0, 0}).x;
   const double down = direction_on_page(grid, {0, 8, 0}).y;
-  // Arrows are about 25 px long, with whole pixels.
+  // Arrows are about 18 px long, with whole pixels.
   EXPECT_NEAR(across / down, 1.0, 0.15);
 }
 
@@ -98,12 +98,14 @@ TEST(Frame, ShowsThePatientsLeftOnTheRightWhenTheGridIsTurned) {
   const Grid grid = centred_grid({64, 64, 1}, kSpacing, turned);
   const Volume frame = filled_volume(grid, [](glm::dvec3 x) { return x.x > 0 ? 1.0f : 0.0f; });
   const ScratchFile file("left.png");
-  ASSERT_TRUE(write_frame(file.path(), frame, nullptr, {"Left is bright", ""}));
+  ASSERT_TRUE(write_sequence_strip(file.path(), {{&frame}}, {"Left is bright", ""}));
   const ReadPicture picture = read_png(file.path());
   ASSERT_GT(picture.width, 0);
+  // The view lies right of the words of its row, from 9/20 of the page to 18/20.
   const int row = picture.height * 6 / 10;
-  EXPECT_LT(picture.rgb(picture.width / 4, row).x, 20);
-  EXPECT_GT(picture.rgb(picture.width * 3 / 4, row).x, 235);
+  EXPECT_LT(picture.rgb(picture.width * 11 / 20, row).x, 20);
+  // The brightest tissue of a page stays grey: 255 / 1.35.
+  EXPECT_NEAR(picture.rgb(picture.width * 16 / 20, row).x, 189, 2);
 }
 
 }  // namespace

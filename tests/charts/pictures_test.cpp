@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "integration/charts/charts.h"
+#include "integration/charts/figures.h"
 #include "tests/charts/picture_file.h"
 
 namespace palpate::charts {
@@ -28,7 +29,7 @@ Confidence full_confidence(const Grid& grid) {
   return {grid, std::vector<float>(grid.count(), 1.0f)};
 }
 
-// Every kind of picture of one pair; each must be written and must be a valid picture.
+// Both pages of one pair, with all columns; each must be written and must be a valid picture.
 void expect_all_pictures(const Volume& fixed, const Volume& moving, const Field& field) {
   const ScratchFile file("all.png");
   const Confidence sure = full_confidence(field.grid);
@@ -42,13 +43,6 @@ void expect_all_pictures(const Volume& fixed, const Volume& moving, const Field&
     EXPECT_GT(read_png(file.path()).width, 200) << what;
     std::filesystem::remove(file.path());
   };
-  expect_written(write_frame(file.path(), fixed, &field, caption, &mask), "frame");
-  expect_written(write_frame(file.path(), fixed, nullptr, caption), "frame without field");
-  expect_written(write_motion_map(file.path(), field, fixed.grid, caption), "motion");
-  expect_written(write_carried_lattice(file.path(), field, fixed, caption), "lattice");
-  expect_written(write_error_map(file.path(), field, field, &mask, caption), "error");
-  expect_written(write_confidence_map(file.path(), sure, fixed.grid, caption), "confidence");
-  expect_written(write_difference(file.path(), fixed, moving, field, caption), "difference");
   expect_written(write_pair_overview(file.path(), pair, caption), "overview");
   expect_written(write_sequence_strip(file.path(), moments, caption), "strip");
 }
@@ -112,11 +106,8 @@ TEST_F(PairPictures, DifferForDifferentFields) {
   const ScratchFile one("one.png");
   const ScratchFile two("two.png");
   const Field other = growth(grid_, 0.19);
-  ASSERT_TRUE(write_motion_map(one.path(), field_, grid_, {"Title", ""}));
-  ASSERT_TRUE(write_motion_map(two.path(), other, grid_, {"Title", ""}));
-  EXPECT_NE(read_png(one.path()).pixels, read_png(two.path()).pixels);
-  ASSERT_TRUE(write_carried_lattice(one.path(), field_, fixed_, {"Title", ""}));
-  ASSERT_TRUE(write_carried_lattice(two.path(), other, fixed_, {"Title", ""}));
+  ASSERT_TRUE(write_pair_overview(one.path(), {&fixed_, &moving_, &field_}, {"Title", ""}));
+  ASSERT_TRUE(write_pair_overview(two.path(), {&fixed_, &moving_, &other}, {"Title", ""}));
   EXPECT_NE(read_png(one.path()).pixels, read_png(two.path()).pixels);
 }
 
@@ -148,10 +139,13 @@ TEST_F(PairPictures, ShowAFoldInRedAndNoneWhereThereIsNone) {
     }
     return red;
   };
-  ASSERT_TRUE(write_carried_lattice(file.path(), field_, fixed_, {"Title", ""}));
+  // Frames of one value: no colours of a difference beside the lattice's.
+  const Volume same = filled_volume(grid_, [](glm::dvec3) { return 1.0f; });
+  ASSERT_TRUE(write_pair_overview(file.path(), {&same, &same, &field_}, {"Title", ""}));
   EXPECT_EQ(red_pixels(), 0);
   // x - 1.5 x inverts every axis: det = -0.125.
-  ASSERT_TRUE(write_carried_lattice(file.path(), growth(grid_, -1.5), fixed_, {"Title", ""}));
+  const Field inverted = growth(grid_, -1.5);
+  ASSERT_TRUE(write_pair_overview(file.path(), {&same, &same, &inverted}, {"Title", ""}));
   EXPECT_GT(red_pixels(), 1000);
 }
 
@@ -183,10 +177,10 @@ TEST_F(PairPictures, RefuseAVolumeThatDoesNotFillItsGrid) {
   const ScratchFile file("short.png");
   Volume cut = fixed_;
   cut.values.pop_back();
-  const auto written = write_frame(file.path(), cut, &field_, {"Title", ""});
+  const auto written = write_pair_overview(file.path(), {&cut, &moving_, &field_}, {"Title", ""});
   ASSERT_FALSE(written);
   EXPECT_EQ(written.error().kind, ErrorKind::kBadInput);
-  EXPECT_THAT(written.error().message, HasSubstr("the frame has 13823 samples"));
+  EXPECT_THAT(written.error().message, HasSubstr("the fixed frame has 13823 samples"));
   EXPECT_FALSE(std::filesystem::exists(file.path()));
 }
 
@@ -206,7 +200,7 @@ TEST_F(PairPictures, RefuseAnEmptySequence) {
 
 TEST_F(PairPictures, SayWhenTheyCanNotBeWritten) {
   const std::string path = "/nowhere-at-all/picture.png";
-  const auto written = write_frame(path, fixed_, nullptr, {"Title", ""});
+  const auto written = write_sequence_strip(path, {{&fixed_}}, {"Title", ""});
   ASSERT_FALSE(written);
   EXPECT_EQ(written.error().kind, ErrorKind::kBadOutput);
   EXPECT_THAT(written.error().message, HasSubstr(path));
@@ -219,7 +213,7 @@ TEST_F(PairPictures, LeaveNothingBehindWhenTheDiskIsFull) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
   std::filesystem::create_symlink("/dev/full", partial);
   std::ofstream(link.path()) << "older";
-  const auto written = write_frame(link.path(), fixed_, nullptr, {"Title", ""});
+  const auto written = write_sequence_strip(link.path(), {{&fixed_}}, {"Title", ""});
   ASSERT_FALSE(written);
   EXPECT_EQ(written.error().kind, ErrorKind::kBadOutput);
   EXPECT_THAT(written.error().message, HasSubstr("No space left"));
