@@ -130,7 +130,7 @@ void Client::run(std::stop_token stop) {
       try {
         connect_once(stop);
       } catch (const std::bad_alloc&) {
-        forget_images();
+        whole_.reset();
         refuse("out of memory",
                fmt::format("Memory ran out for what {} sends: close other programs, or let it send "
                            "smaller images",
@@ -178,7 +178,7 @@ void Client::connect_once(std::stop_token stop) {
     // whole one.
     last_time_s_ = 0.0;
     last_crc_ = 0;
-    forget_images();
+    whole_.reset();
     connected_ = true;
     say(fmt::format("{} is connected", name_));
     return listen(socket.fd(), stop);
@@ -290,54 +290,22 @@ void Client::take_image(const Header& header, std::span<const std::byte> content
   device_ = header.device;
   any_image_ = true;
   if (!image->is_whole()) return take_part(*image);
-  forget_parts();
   whole_ = std::move(*image);
   give(*whole_);
 }
 
 void Client::take_part(const ImageMessage& part) {
-  if (whole_ && same_geometry(whole_->grid, part.grid) && whole_->j_reversed == part.j_reversed) {
-    const glm::ivec3 n = part.grid.size, first = part.first, size = part.size;
-    for (int k = 0; k < size.z; ++k)
-      for (int j = 0; j < size.y; ++j)
-        std::copy_n(part.values.begin() + ptrdiff_t(size.x) * (j + ptrdiff_t(size.y) * k), size.x,
-                    whole_->values.begin() + first.x +
-                        ptrdiff_t(n.x) * (first.y + j + ptrdiff_t(n.y) * (first.z + k)));
-    return give(*whole_);
-  }
-  if (!parts_ || !parts_->takes(part)) {
-    forget_parts();
-    parts_.emplace(part);
-  }
-  // Some parts were lost, or only a region was sent again: the rest stays as it was.
-  if (parts_->was_whole() && parts_->begins_next(part)) {
-    give(parts_->image());
-    parts_->end_round();
-  }
-  switch (parts_->put(part)) {
-    case PartedImage::Came::kPart:
-      break;
-    case PartedImage::Came::kAgain:
-      say("Parts of an image arrived twice before others arrived at all: it is used once all have "
-          "arrived. To renew parts, send the whole image first");
-      break;
-    case PartedImage::Came::kWhole:
-      whole_.reset();
-      give(parts_->image());
-  }
-}
-
-void Client::forget_images() {
-  whole_.reset();
-  parts_.reset();
-}
-
-/// Another image begins.
-void Client::forget_parts() {
-  if (parts_ && !parts_->was_whole())
-    refuse("unfinished image",
-           "An image sent in parts was left out: another one began before it was complete");
-  parts_.reset();
+  if (!whole_ || !same_geometry(whole_->grid, part.grid) || whole_->j_reversed != part.j_reversed)
+    return refuse("part alone",
+                  "A part of an image was left out: no whole image of its grid came "
+                  "before it. Send the whole image first");
+  const glm::ivec3 n = part.grid.size, first = part.first, size = part.size;
+  for (int k = 0; k < size.z; ++k)
+    for (int j = 0; j < size.y; ++j)
+      std::copy_n(part.values.begin() + ptrdiff_t(size.x) * (j + ptrdiff_t(size.y) * k), size.x,
+                  whole_->values.begin() + first.x +
+                      ptrdiff_t(n.x) * (first.y + j + ptrdiff_t(n.y) * (first.z + k)));
+  give(*whole_);
 }
 
 void Client::give(const ImageMessage& image) {

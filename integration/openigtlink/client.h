@@ -13,7 +13,6 @@
 #include "compute/volume/result.h"
 #include "compute/volume/volume.h"
 #include "integration/openigtlink/message.h"
-#include "integration/openigtlink/parted_image.h"
 
 namespace palpate::openigtlink {
 
@@ -56,11 +55,10 @@ struct ClientNumbers {
 
 /// Listens to an OpenIGTLink server on a thread of its own; connects again, every half second, when
 /// the connection is lost or what arrives is not OpenIGTLink. Every message is checked before it is
-/// used, and memory is allocated only for bytes that have arrived. Images may come in parts: those
-/// after a whole one change it, each at once; where no whole one came, they are an image when all
-/// of it has come, and again when all of it has come anew or a part comes once more. What is
-/// damaged, older than what came before, the same once more, flat, or no image of a grid is left
-/// out and counted. Where memory runs out, or a function that is called here throws, that is said
+/// used, and memory is allocated only for bytes that have arrived. A part of an image changes the
+/// whole image that came before it, at once. What is damaged, older than what came before, the same
+/// once more, flat, a part without a whole image, or no image of a grid is left out and counted.
+/// Where memory runs out, or a function that is called here throws, that is said
 /// and counted too, and it connects again.
 class Client {
  public:
@@ -83,8 +81,6 @@ class Client {
   void take(const Header& header, std::span<const std::byte> body);
   void take_image(const Header& header, std::span<const std::byte> content);
   void take_part(const ImageMessage& part);
-  void forget_images();
-  void forget_parts();
   void give(const ImageMessage& image);
   void refuse(const std::string& reason, const std::string& sentence);
   void say(const std::string& sentence);
@@ -99,7 +95,6 @@ class Client {
   // The thread's alone.
   std::string last_said_, device_, transform_device_;
   std::optional<ImageMessage> whole_;  ///< the last whole image, into which parts are put
-  std::optional<PartedImage> parts_;   ///< or what came in parts alone, after it
   double last_time_s_ = 0.0;
   int64_t arrived_ns_ = 0;
   uint64_t last_crc_ = 0;

@@ -144,7 +144,7 @@ TEST_F(ClientTest, WhatIsWrongIsLeftOutAndNamed) {
       {"late", test::wire_message(late, other.body())},
       {"image of another name", test::wire_message(named, other.body())},
       {"damaged", test::wire_message(meta, lying)},
-      {"unfinished image", test::wire_message(colour_header, part.body())},
+      {"part alone", test::wire_message(colour_header, part.body())},
   };
   uint32_t seconds = 100;
   size_t good = 0;
@@ -216,56 +216,6 @@ TEST_F(ClientTest, APartIsPutIntoTheWholeThatCameBefore) {
   EXPECT_EQ(heard_.images().back().volume.values, expected);
 }
 
-/// Slice k of 4 x 3 x 2 samples, all of one value.
-Raw slice(int k, uint8_t value, uint32_t seconds) {
-  WireImage part;
-  part.first = {0, 0, k};
-  part.part = {4, 3, 1};
-  part.samples = Raw(12, value);
-  WireHeader header;
-  header.seconds = seconds;
-  return test::wire_message(header, part.body());
-}
-
-/// 12 samples of one value, then 12 of the other.
-std::vector<float> slices(float first, float second) {
-  std::vector<float> values(24, first);
-  std::fill(values.begin() + 12, values.end(), second);
-  return values;
-}
-
-TEST_F(ClientTest, SlicesOfOneVolumeAreAnImageWhenAllHaveCome) {
-  start(heard_.options());
-  // In any order; if one comes twice before the other, the newer one counts.
-  ASSERT_TRUE(server_.send(slice(1, 1, 100)));
-  ASSERT_TRUE(server_.send(slice(1, 2, 100)));
-  ASSERT_TRUE(server_.send(slice(0, 3, 100)));
-  ASSERT_TRUE(came(1));
-  EXPECT_EQ(heard_.images().back().volume.values, slices(3, 2));
-  EXPECT_NE(heard_.notes().find("arrived twice"), std::string::npos) << heard_.notes();
-  // The next volume is complete only with its last slice.
-  ASSERT_TRUE(server_.send(slice(0, 4, 101)));
-  ASSERT_TRUE(server_.send(slice(1, 5, 101)));
-  ASSERT_TRUE(came(2));
-  EXPECT_EQ(heard_.images().back().volume.values, slices(4, 5));
-  // A slice was lost: the earlier one stays.
-  ASSERT_TRUE(server_.send(slice(0, 6, 102)));
-  ASSERT_TRUE(server_.send(slice(0, 7, 103)));
-  ASSERT_TRUE(came(3));
-  EXPECT_EQ(heard_.images().back().volume.values, slices(6, 5));
-  ASSERT_TRUE(server_.send(slice(1, 8, 103)));
-  ASSERT_TRUE(came(4));
-  EXPECT_EQ(heard_.images().back().volume.values, slices(7, 8));
-  // A whole image again, and slices that replace parts of it.
-  ASSERT_TRUE(server_.send(slice(0, 9, 104)));
-  ASSERT_TRUE(server_.send(image(105, 10)));
-  ASSERT_TRUE(server_.send(slice(1, 11, 106)));
-  ASSERT_TRUE(came(6));
-  EXPECT_EQ(heard_.images()[4].volume.values, slices(10, 10));
-  EXPECT_EQ(heard_.images()[5].volume.values, slices(10, 11));
-  EXPECT_TRUE(client_->numbers().refused.empty());
-}
-
 /// The largest memory use of this process so far.
 long most_kb() {
   rusage usage{};
@@ -273,8 +223,9 @@ long most_kb() {
   return usage.ru_maxrss;
 }
 
-/// A message claims 1 GiB of samples and has 6 bytes: no memory is allocated for the rest.
-TEST_F(ClientTest, PartsOfAHugeImageTakeOnlyTheMemoryThatCame) {
+/// Messages claim 1 GiB of samples and have one: no memory is allocated for the rest, and they are
+/// left out, as no whole image came before them.
+TEST_F(ClientTest, PartsOfAHugeImageTakeNoMemory) {
   start(heard_.options());
   const long before_kb = most_kb();
   WireImage part;
@@ -287,38 +238,8 @@ TEST_F(ClientTest, PartsOfAHugeImageTakeOnlyTheMemoryThatCame) {
   }
   ASSERT_TRUE(server_.send(image(100, 1)));
   ASSERT_TRUE(came(1));
-  EXPECT_EQ(refused("unfinished image"), 1u);
+  EXPECT_EQ(refused("part alone"), 6u);
   EXPECT_LT(most_kb() - before_kb, 100'000);
-}
-
-/// A sender that renews a region of an image that it never sent as a whole: this is reported when
-/// samples come again, and they replace the earlier ones.
-TEST_F(ClientTest, ARegionThatComesAgainAndAgainIsSaidOnceAndTakesNoMoreMemory) {
-  start(heard_.options());
-  WireImage region;
-  region.size = {1024, 1024, 1024};
-  region.part = {256, 256, 1};
-  const auto send = [&](uint8_t value) {
-    region.samples = Raw(size_t(region.part[0] * region.part[1]), value);
-    return server_.send(test::wire_message({}, region.body()));
-  };
-  ASSERT_TRUE(send(1));
-  ASSERT_TRUE(send(2));
-  const std::string said = "arrived twice before others arrived at all";
-  ASSERT_TRUE(wait_for([&] { return heard_.notes().find(said) != std::string::npos; }));
-  const long before_kb = most_kb();
-  for (int n = 0; n < 300; ++n) {
-    // Every second region is the same; the others overlap it and are new.
-    region.part =
-        n % 2 == 0 ? std::vector{256, 256, 1} : std::vector{255 - n / 20, 200 + n % 20, 1};
-    ASSERT_TRUE(send(uint8_t(n)));
-  }
-  ASSERT_TRUE(server_.send(image(100, 1)));
-  ASSERT_TRUE(came(1));
-  EXPECT_LT(most_kb() - before_kb, 20'000);  // 300 of them are more than 60 MB of float32
-  EXPECT_TRUE(wait_for([&] { return client_->numbers().messages == 303; }));
-  EXPECT_EQ(heard_.notes().find(said), heard_.notes().rfind(said)) << heard_.notes();
-  EXPECT_EQ(client_->numbers().connections, 1u);
 }
 
 /// An exception on the client's thread, also for lack of memory, ends the connection, not the
