@@ -145,7 +145,7 @@ class ForceDimensionLink final : public DeviceLink {
 
   DeviceFault open() override {
     library_ = library_of(options_);
-    if (!library_) return DeviceFault::kNotOpened;
+    if (!library_) return DeviceFault::kNoLibrary;
     const int count = library_->get_device_count();
     if (count < 0) return force_dimension_fault(library_->error_get_last());
     DeviceFault reason = DeviceFault::kNotOpened;

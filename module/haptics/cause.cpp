@@ -116,8 +116,9 @@ const char* sentence(DeviceFault fault) noexcept {
       return "The device is being started.";
     case DeviceFault::kNotHomed:
       return "The device has to find its zero: a Falcon's grip goes all the way out, then all the "
-             "way "
-             "in; others are calibrated with their maker's program.";
+             "way in; a Touch's pen goes into its inkwell; others are calibrated with their "
+             "maker's "
+             "program.";
     case DeviceFault::kUnplugged:
       return "The device was unplugged.";
     case DeviceFault::kTimeout:
@@ -135,11 +136,15 @@ const char* sentence(DeviceFault fault) noexcept {
     case DeviceFault::kBusy:
       return "Another program holds the device: close it.";
     case DeviceFault::kForceOff:
-      return "The device has switched its force off: let go of its brake, or press its force "
-             "button.";
+      return "The device has switched its force off: move slowly, let go of its brake, or press "
+             "its force button.";
     case DeviceFault::kNoHand:
-      return "No hand is there: take a controller, pinch with thumb and forefinger, or bring the "
-             "tracked tool into view.";
+      return "No hand is there: take the pen or a controller, pinch with thumb and forefinger, or "
+             "bring the tracked tool into view.";
+    case DeviceFault::kHot:
+      return "The device's motors are too warm: let them cool down.";
+    case DeviceFault::kNoLibrary:
+      return "The library of the device's maker is missing or too old: install the maker's SDK.";
   }
   return "An unknown fault.";
 }

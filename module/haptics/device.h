@@ -41,7 +41,9 @@ enum class DeviceFault : uint8_t {
   kStuck,       ///< the position does not move at all while the force changes
   kBusy,        ///< another program holds it
   kForceOff,    ///< it has switched its force off, or its brakes on, by itself or by its button
-  kNoHand,      ///< nothing is wrong: no controller or tool is there, no finger pinches
+  kNoHand,  ///< nothing is wrong: no controller or tool is there, no finger pinches, no pen is held
+  kHot,     ///< its motors are too warm
+  kNoLibrary,  ///< its maker's library was not found, or lacks what is needed
 };
 
 /// One sentence: what is wrong and what to do. Static storage.

@@ -52,7 +52,7 @@ struct Chaos {
     if (random.draw(0, 1) < 0.01) push = -push;
     if (happens() || !is_finite(in.reading.position_m) || length_of(in.reading.position_m) > 1.0)
       in.reading.position_m = vector(random, 0.1, bad);
-    in.reading.fault = happens() ? DeviceFault(int(random.draw(0.0, 13.0))) : DeviceFault::kNone;
+    in.reading.fault = happens() ? DeviceFault(int(random.draw(0.0, 18.0))) : DeviceFault::kNone;
     in.reading.fresh = !happens();
     in.reading.buttons = uint32_t(random.draw(0.0, 4.0));
     in.dt_s = happens() ? (happens() ? garbage(random) : random.draw(-0.01, 2.0))

@@ -101,7 +101,7 @@ std::vector<Fault> faults() {
     list.push_back(
         {"position", Cause::kNotFinite, [bad](SafetyInput& in) { in.reading.position_m.x = bad; }});
   }
-  for (int f = 1; f <= int(DeviceFault::kNoHand); ++f)
+  for (int f = 1; f <= int(DeviceFault::kNoLibrary); ++f)
     list.push_back({sentence(DeviceFault(f)), Cause::kDevice,
                     [f](SafetyInput& in) { in.reading.fault = DeviceFault(f); }});
   return list;

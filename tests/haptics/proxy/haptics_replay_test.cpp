@@ -70,7 +70,7 @@ class RandomRun {
     input.reading.fresh = !chance(20);
     input.reading.buttons = uint32_t(random_.draw(0.0, 4.0));
     if (chance(1500)) lost_ = 40;
-    if (lost_ > 0 && --lost_ > 0) input.reading.fault = DeviceFault(1 + lost_ % 12);
+    if (lost_ > 0 && --lost_ > 0) input.reading.fault = DeviceFault(1 + lost_ % 17);
     if (chance(1000)) input.reading.position_m.y = std::nan("");
     while (input.pose_count < 4 && chance(10)) {
       PoseUpdate& pose = input.poses[size_t(input.pose_count++)];
