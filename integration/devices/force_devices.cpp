@@ -12,6 +12,7 @@
 #include "integration/devices/haply.h"
 #include "integration/devices/mailbox_device.h"
 #include "integration/devices/polhem.h"
+#include "integration/devices/touch.h"
 
 namespace palpate::devices {
 namespace {
@@ -101,6 +102,18 @@ bool force_dimension_may_be_there(const ForceDeviceOptions&) {
   return force_dimension_library_is_there({});
 }
 
+// ---- Touch
+
+DeviceResult make_touch(const ForceDeviceOptions& options) {
+  TouchOptions touch;
+  touch.configuration = options.place;
+  return device_of_link(make_touch_link(touch), options);
+}
+
+bool touch_may_be_there(const ForceDeviceOptions&) {
+  return touch_library_is_there({});
+}
+
 // ---- Polhem
 
 DeviceResult make_polhem(const ForceDeviceOptions& options) {
@@ -124,6 +137,10 @@ std::vector<ForceDeviceKind>& kinds() {
       ForceDeviceKind{"force-dimension", "Force Dimension omega, delta, sigma or lambda", "0",
                       "Initialise it with its maker's program: palpate does not move the arm.",
                       force_dimension_may_be_there, make_force_dimension, true},
+      ForceDeviceKind{"touch", "3D Systems Touch, Touch X or Phantom", "Default Device",
+                      "Put the pen into its inkwell for two seconds and take it out again; a "
+                      "device without one is calibrated with its maker's program.",
+                      touch_may_be_there, make_touch, true},
       ForceDeviceKind{"polhem", "Polhem or WoodenHaptics arm", "/dev/ttyACM0",
                       "Put the arm where its maker says and calibrate it with its maker's program.",
                       polhem_may_be_there, make_polhem, true},

@@ -158,6 +158,19 @@ TEST(ForceDimensionProgram, IsFoundByItsLibraryAndFelt) {
   EXPECT_THAT(outcome.out, HasSubstr("Device    Force Dimension omega.3, 0, as asked."));
 }
 
+TEST(TouchProgram, IsFoundByItsLibraryAndFelt) {
+  const Environment sdk("OH_SDK_BASE", PALPATE_FAKE_OPENHAPTICS), presses("FAKE_HD_PRESSES", "1");
+  const auto device = listed("touch");
+  ASSERT_FALSE(device.is_null());
+  EXPECT_EQ(device.value("usable", false), true) << device;
+  EXPECT_EQ(device.value("name", ""), "3D Systems Touch");
+  EXPECT_EQ(device.value("max_force_n", 0.0), 3.3);
+  const TemporaryFolder folder;
+  const Outcome outcome = feel_shell(folder, "touch@Left hand");
+  expect_felt(folder, outcome);
+  EXPECT_THAT(outcome.out, HasSubstr("Device    3D Systems Touch, Left hand, as asked."));
+}
+
 TEST(PolhemProgram, IsFeltThroughItsPort) {
   const TemporaryFolder folder;
   EmulatedPolhem polhem;
