@@ -16,7 +16,10 @@ DeviceReading AnswerJudge::judge(const Exchange& exchange) noexcept {
   } else if (exchange.answered && fault_ == DeviceFault::kNotHomed) {
     fault_ = DeviceFault::kStarting;  // homed by now, and settling
   }
-  if (exchange.answered) reading_.buttons = exchange.buttons;
+  if (exchange.answered) {
+    reading_.buttons = exchange.buttons;
+    reading_.grip = believable(exchange.grip);
+  }
   if (exchange.answered && found == DeviceFault::kNone) {
     reading_.position_m = place_;
     reading_.time_ns = exchange.time_ns;

@@ -42,6 +42,7 @@ class AnswerJudge {
     DeviceFault said = DeviceFault::kNone;
     glm::dvec3 position_m{0.0};  ///< of the answer
     uint32_t buttons = 0;
+    GripReading grip;
     bool moved = true;        ///< some sensor reads otherwise than in the last answer
     bool one_stands = false;  ///< one sensor does not move although it would have to
     int64_t time_ns = 0;      ///< monotonic, when the exchange ended

@@ -17,6 +17,7 @@ struct LinkAnswer {
   DeviceFault said = DeviceFault::kNone;
   glm::dvec3 position_m{0.0};  ///< device space as in DeviceInfo
   uint32_t buttons = 0;
+  GripReading grip;
 };
 
 /// The link to a device that answers at its own pace: a socket, a maker's library, a serial line.

@@ -81,6 +81,12 @@ struct Library {
   int (*set_gravity_compensation)(int, char) = nullptr;
   int (*set_max_force)(double, char) = nullptr;
   int (*set_brakes)(int, char) = nullptr;
+  // With a wrist, and with a gripper: all of them or none.
+  bool (*has_wrist)(char) = nullptr;
+  int (*get_orientation)(double matrix[3][3], char) = nullptr;  ///< by rows
+  int (*get_angular_velocity)(double*, double*, double*, char) = nullptr;
+  bool (*has_gripper)(char) = nullptr;
+  int (*get_gripper_angle)(double*, char) = nullptr;
 
   /// False if something that is needed is missing.
   bool load(const std::string& file) {
@@ -93,6 +99,11 @@ struct Library {
     find(set_gravity_compensation, "dhdSetGravityCompensation");
     find(set_max_force, "dhdSetMaxForce");
     find(set_brakes, "dhdSetBrakes");
+    if (!(find(has_wrist, "dhdHasWrist") && find(get_orientation, "dhdGetOrientationFrame") &&
+          find(get_angular_velocity, "dhdGetAngularVelocityRad")))
+      has_wrist = nullptr;
+    if (!(find(has_gripper, "dhdHasGripper") && find(get_gripper_angle, "dhdGetGripperAngleRad")))
+      has_gripper = nullptr;
     const bool all = find(get_device_count, "dhdGetDeviceCount") && find(open_id, "dhdOpenID") &&
                      find(close, "dhdClose") && find(get_system_type, "dhdGetSystemType") &&
                      find(get_system_name, "dhdGetSystemName") &&
@@ -176,6 +187,7 @@ class ForceDimensionLink final : public DeviceLink {
     }
     if (answer.lost) return answer;
     answer.buttons = library_->get_button_mask(id_);
+    if (answer.answered) answer.grip = grip();
     DhdStatus status{};
     if (library_->get_status(status.data(), id_) != kOk) {
       heed_error(answer);
@@ -201,9 +213,30 @@ class ForceDimensionLink final : public DeviceLink {
     const char* name = library_->get_system_name(id_);
     info_.name = name && *name ? std::string("Force Dimension ") + name : "Force Dimension device";
     info_.place = std::to_string(index);
+    has_wrist_ = library_->has_wrist && library_->has_wrist(id_);
+    has_gripper_ = library_->has_gripper && library_->has_gripper(id_);
+    info_.sensed_dof = has_wrist_ ? 6 : 3;
     const DeviceFault fault = make_ready();
     if (fault != DeviceFault::kNone) close();
     return fault;
+  }
+
+  /// How the grip is held. What the library refuses is not sensed: nothing is felt by it.
+  GripReading grip() const {
+    GripReading grip;
+    double rows[3][3] = {};
+    glm::dvec3 spin(0.0);
+    if (has_wrist_ && library_->get_orientation(rows, id_) >= 0 &&
+        library_->get_angular_velocity(&spin.x, &spin.y, &spin.z, id_) >= 0) {
+      // Its columns are the grip's axes. At rest these are the library's, and so palpate's are,
+      // too.
+      const auto column = [&](int c) { return from_library({rows[0][c], rows[1][c], rows[2][c]}); };
+      grip.device_from_grip = glm::quat_cast(glm::dmat3(column(1), column(2), column(0)));
+      grip.angular_velocity_rad_per_s = from_library(spin);
+      grip.turns = true;
+    }
+    grip.opens = has_gripper_ && library_->get_gripper_angle(&grip.opening_rad, id_) >= 0;
+    return grip;
   }
 
   DeviceFault make_ready() {
@@ -261,6 +294,7 @@ class ForceDimensionLink final : public DeviceLink {
   const Library* library_ = nullptr;
   DeviceInfo info_;
   char id_ = -1;
+  bool has_wrist_ = false, has_gripper_ = false;
 };
 
 }  // namespace

@@ -165,6 +165,7 @@ class MailboxDevice::Worker {
     seen.said = answer.said;
     seen.position_m = answer.position_m;
     seen.buttons = answer.buttons;
+    seen.grip = answer.grip;
     seen.moved = answer.position_m != place_m_;
     seen.time_ns = now_ns();
     seen.force_n = sent_n_;

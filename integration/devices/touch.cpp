@@ -24,7 +24,7 @@ struct TouchFacts {
   double max_force_n = 0.0, continuous_force_n = 0.0, stiffness_n_per_mm = 0.0;
   std::array<double, 6> workspace_mm{};  ///< the least x, y, z, then the most
   int input_dof = 0, output_dof = 0, styles = 0, update_rate_hz = 0;
-  bool has_temperatures = false;
+  bool has_temperatures = false, has_rotation = false;
   std::array<char, 64> vendor{}, model{};
 };
 
@@ -122,6 +122,9 @@ class TouchFrames {
       facts_.stiffness_n_per_mm = 0.0;
     if (!ask(hd::kWorkspace_mm, facts_.workspace_mm.data())) facts_.workspace_mm = {};
     facts_.has_temperatures = ask(hd::kMotorTemperatures, temperatures_.data());
+    std::array<double, 16> unused{};
+    facts_.has_rotation =
+        ask(hd::kTransform_mm, unused.data()) && ask(hd::kAngularVelocity_rad_per_s, unused.data());
     ask_number(hd::kInputDof, facts_.input_dof);
     ask_number(hd::kOutputDof, facts_.output_dof);
     ask_number(hd::kCalibrationStyles, facts_.styles);
@@ -169,13 +172,21 @@ class TouchFrames {
     }
   }
 
-  /// Where the pen is and what is pressed. Its orientation would be read here, too: of the current
-  /// transform, 0x2052, 16 doubles by columns.
+  /// Where the pen is, how it is held, and what is pressed.
   void read(LinkAnswer& answer) noexcept {
     glm::dvec3 position_mm(std::nan(""));
     library_.get_doubles(hd::kPosition_mm, &position_mm.x);
     // Its axes are palpate's: x right, y up, z towards the user.
     answer.position_m = 1e-3 * position_mm;
+    if (facts_.has_rotation) {
+      glm::dmat4 device_from_pen(1.0);
+      library_.get_doubles(hd::kTransform_mm, &device_from_pen[0].x);
+      // The pen's own z goes from its tip along its shaft.
+      answer.grip.device_from_grip = glm::quat_cast(glm::dmat3(device_from_pen));
+      library_.get_doubles(hd::kAngularVelocity_rad_per_s,
+                           &answer.grip.angular_velocity_rad_per_s.x);
+      answer.grip.turns = true;
+    }
     int buttons = 0;
     library_.get_integers(hd::kButtons, &buttons);
     answer.buttons = uint32_t(buttons);

@@ -32,6 +32,8 @@ enum HdQuery : unsigned {
   kSafetySwitch = 0x2001,
   kInkwellSwitch = 0x2002,
   kPosition_mm = 0x2050,
+  kTransform_mm = 0x2052,  ///< of the pen's end, 16 numbers by columns
+  kAngularVelocity_rad_per_s = 0x2053,
   kModel = 0x2501,
   kVendor = 0x2503,
   kWorkspace_mm = 0x2551,  ///< usable: the least x, y, z, then the most

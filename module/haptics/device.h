@@ -4,6 +4,8 @@
 #include <glm/glm.hpp>
 #include <string>
 
+#include "module/haptics/grip.h"
+
 namespace palpate {
 
 /// What a force device can do. Space: the device's own, m, x right, y up, z towards the user.
@@ -62,6 +64,7 @@ struct DeviceReading {
   uint32_t buttons = 0;        ///< bit k: button k is down
   DeviceFault fault = DeviceFault::kNone;
   bool fresh = false;  ///< position_m is new since the last exchange
+  GripReading grip;    ///< believable
 };
 
 /// A force device. exchange() is called by one thread, the servo's, about 1,000 times a second.

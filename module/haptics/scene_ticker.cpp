@@ -35,6 +35,7 @@ void SceneTicker::publish(const TickInput& input, const TickOutput& output) noex
   }
   snapshot.probe_m = output.probe_m;
   snapshot.proxy_m = output.proxy_m;
+  snapshot.shaft = run->scene->world_from_device.rotation * shaft_of(input.reading.grip);
   snapshot.force_n = run->scene->world_from_device.rotation * output.command.force_n;
   snapshot.cause = output.cause;
   snapshot.in_contact = output.command.in_contact;

@@ -209,8 +209,11 @@ void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, doubl
                touches ? glm::mix(kTouch, kPressed, share) : kPen);
     return;
   }
-  // The pen's shaft extends to the side and towards the eye, so that its tip is visible.
-  const glm::dvec3 away = glm::normalize(eye.orientation * glm::dvec3(0.45, 0.55, 0.70));
+  // The pen turns with the hand. Of a device that does not sense it, its shaft extends to the side
+  // and towards the eye, so that its tip is visible.
+  const glm::dvec3 away = snapshot.shaft != glm::dvec3(0.0)
+                              ? snapshot.shaft
+                              : glm::normalize(eye.orientation * glm::dvec3(0.45, 0.55, 0.70));
   add_pen(scene.things, snapshot.probe_m, away, 0.0022 * size, 0.07 * size, kPen);
   if (snapshot.in_contact) add_sphere(scene.things, snapshot.proxy_m, 0.0026 * size, kProxy);
   add_arrow(scene.things, snapshot.proxy_m, snapshot.force_n, kArrow_m_per_n * size, 0.0012 * size,

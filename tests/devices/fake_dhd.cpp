@@ -98,6 +98,28 @@ int dhdGetStatus(int status[], char) {
 int dhdErrorGetLast() {
   return fake().error;
 }
+bool dhdHasWrist(char) {
+  return fake().has_wrist;
+}
+int dhdGetOrientationFrame(double matrix[3][3], char) {
+  for (size_t row = 0; row < 3; ++row)
+    for (size_t column = 0; column < 3; ++column)
+      matrix[row][column] = fake().orientation[3 * row + column];
+  return fake().wrist_returns;
+}
+int dhdGetAngularVelocityRad(double* wx, double* wy, double* wz, char) {
+  *wx = fake().spin[0];
+  *wy = fake().spin[1];
+  *wz = fake().spin[2];
+  return fake().wrist_returns;
+}
+bool dhdHasGripper(char) {
+  return fake().has_gripper;
+}
+int dhdGetGripperAngleRad(double* angle, char) {
+  *angle = fake().gripper;
+  return fake().gripper_returns;
+}
 int dhdSetGravityCompensation(int on, char) {
   fake().gravity = on;
   return 0;

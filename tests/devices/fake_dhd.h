@@ -31,6 +31,13 @@ struct FakeDhd {
   /// Force off, because of its speed.
   std::atomic<bool> brakes_by_itself = false;
 
+  /// A wrist whose grip is turned so (rows of the matrix) and spins so, and a gripper.
+  std::atomic<bool> has_wrist = false, has_gripper = false;
+  std::array<std::atomic<double>, 9> orientation{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+  std::array<std::atomic<double>, 3> spin{};
+  std::atomic<double> gripper = 0.0;
+  std::atomic<int> wrist_returns = 0, gripper_returns = 0;
+
   std::atomic<int> opened = 0, closed = 0, force_enabled = 0;
   std::atomic<double> max_force = 0.0;
   std::atomic<int> gravity = 0;

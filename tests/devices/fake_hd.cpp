@@ -232,6 +232,23 @@ void hdGetDoublev(unsigned what, double* values) {
       values[1] = hd.y;
       values[2] = std::getenv("FAKE_HD_PRESSES") ? pressed_z() : hd.z.load();
       return;
+    case 0x2052:
+      in_frame("the transform is read outside a frame");
+      if (!hd.knows_rotation) return error(kInvalidOperation);
+      for (size_t column = 0; column < 3; ++column) {
+        for (size_t row = 0; row < 3; ++row) values[4 * column + row] = hd.axes[3 * column + row];
+        values[4 * column + 3] = 0.0;
+      }
+      values[12] = hd.x;
+      values[13] = hd.y;
+      values[14] = hd.z;
+      values[15] = 1.0;
+      return;
+    case 0x2053:
+      in_frame("the velocity is read outside a frame");
+      if (!hd.knows_rotation) return error(kInvalidOperation);
+      for (size_t n = 0; n < 3; ++n) values[n] = hd.spin[n];
+      return;
     case 0x2551: {
       constexpr double kBox[] = {-80.0, -50.0, -35.0, 80.0, 70.0, 35.0};
       std::memcpy(values, kBox, sizeof kBox);

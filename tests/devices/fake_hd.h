@@ -21,6 +21,9 @@ struct FakeHd {
   std::string configuration = "Left hand";  ///< a name that it knows, beside the default
 
   std::atomic<double> x = 0.0, y = 0.0, z = 0.0;
+  /// Of the pen's end: its x, y and z axis, one after the other.
+  std::array<std::atomic<double>, 9> axes{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+  std::array<std::atomic<double>, 3> spin{};  ///< rad/s
   std::atomic<int> buttons = 0;
   /// Held by its grip, and out of its inkwell.
   std::atomic<bool> safety_switch = true, inkwell_switch = true;
@@ -31,8 +34,8 @@ struct FakeHd {
   std::atomic<unsigned> calibration_after_update = 0x5000;
   std::atomic<int> updates = 0, updated_style = 0;
   std::atomic<double> max_force = 3.3, continuous_force = 0.88, stiffness = 0.5;
-  /// Whether it knows temperatures and switches.
-  std::atomic<bool> knows_temperatures = true, knows_switches = true;
+  /// Whether it knows temperatures, switches, and how its pen is held.
+  std::atomic<bool> knows_temperatures = true, knows_switches = true, knows_rotation = true;
   std::atomic<int> period_us = 1000;  ///< of the scheduler
 
   // Faults. Each stays until it is changed.

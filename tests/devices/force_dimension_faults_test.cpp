@@ -32,6 +32,8 @@ void heal_library() {
   dhd.position_returns = dhd.force_returns = dhd.open_returns = dhd.status_returns = 0;
   dhd.error = dhd.position_skips = 0;
   dhd.hangs = dhd.brakes_by_itself = false;
+  dhd.has_wrist = dhd.has_gripper = false;
+  dhd.wrist_returns = dhd.gripper_returns = 0;
   dhd.status[kPower] = dhd.status[kReset] = 1;
 }
 
@@ -296,6 +298,42 @@ TEST(ForceDimension, HasPalpatesAxesBothWays) {
   EXPECT_EQ(info.max_force_n, 12.0);
   EXPECT_EQ(library().max_force, 12.0) << "the library must limit it too";
   EXPECT_EQ(library().gravity, 1);
+}
+
+TEST(ForceDimension, TellsHowItsGripIsHeldWhereItHasAWrist) {
+  heal_library();
+  FakeDhd& dhd = library();
+  {
+    MailboxDevice device(make_force_dimension_link(made_library()), quiet());
+    ASSERT_TRUE(says(device, DeviceFault::kNone));
+    const GripReading grip = device.exchange({}).grip;
+    EXPECT_FALSE(grip.turns || grip.opens);
+    EXPECT_EQ(device.info().sensed_dof, 3);
+  }
+  dhd.has_wrist = dhd.has_gripper = true;
+  // A quarter about the library's y: its x axis, along the shaft, goes down, its z to the user.
+  constexpr std::array kDown{0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0};
+  for (size_t n = 0; n < kDown.size(); ++n) dhd.orientation[n] = kDown[n];
+  for (size_t n = 0; n < 3; ++n) dhd.spin[n] = double(n + 1);
+  dhd.gripper = 0.25;
+  MailboxDevice device(make_force_dimension_link(made_library()), quiet());
+  ASSERT_TRUE(says(device, DeviceFault::kNone));
+  EXPECT_EQ(device.info().sensed_dof, 6);
+  DeviceReading reading = device.exchange({});
+  EXPECT_TRUE(reading.grip.turns && reading.grip.opens);
+  EXPECT_LT(glm::distance(shaft_of(reading.grip), glm::dvec3(0.0, -1.0, 0.0)), 1e-15);
+  EXPECT_LT(glm::distance(reading.grip.device_from_grip * glm::dvec3(1.0, 0.0, 0.0),
+                          glm::dvec3(1.0, 0.0, 0.0)),
+            1e-15)
+      << "to the right, as the axis of the turn";
+  EXPECT_EQ(reading.grip.angular_velocity_rad_per_s, glm::dvec3(2.0, 3.0, 1.0));
+  EXPECT_EQ(reading.grip.opening_rad, 0.25);
+  dhd.wrist_returns = dhd.gripper_returns = -1;
+  ASSERT_TRUE(wait_for([&] {
+    reading = device.exchange({});
+    return !reading.grip.turns && !reading.grip.opens;
+  }));
+  EXPECT_EQ(reading.fault, DeviceFault::kNone);
 }
 
 TEST(ForceDimension, NeverSendsMoreThanTheDeviceHas) {

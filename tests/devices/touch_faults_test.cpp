@@ -48,7 +48,8 @@ void start_over() {
   heal_library();
   FakeHd& hd = library();
   hd.period_us = 200;
-  hd.knows_switches = hd.knows_temperatures = true;
+  hd.knows_switches = hd.knows_temperatures = hd.knows_rotation = true;
+  for (size_t n = 0; n < hd.axes.size(); ++n) hd.axes[n] = n % 4 == 0 ? 1.0 : 0.0;
   hd.max_force = 3.3;
   hd.continuous_force = 0.88;
   hd.stiffness = 0.5;
@@ -384,6 +385,37 @@ TEST(Touch, HasPalpatesAxesBothWaysAndTellsWhatItCan) {
   EXPECT_EQ(info.sensed_dof, 6);
   EXPECT_EQ(info.actuated_dof, 3);
   EXPECT_TRUE(library().clamping) << "the library must limit the force too";
+}
+
+TEST(Touch, TellsHowItsPenIsHeld) {
+  start_over();
+  FakeHd& hd = library();
+  // The shaft points up, the pen's x to the right: its y goes away from the user.
+  constexpr std::array kUp{1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0};
+  for (size_t n = 0; n < kUp.size(); ++n) hd.axes[n] = kUp[n];
+  for (size_t n = 0; n < 3; ++n) hd.spin[n] = 0.1 * double(n + 1);
+  MailboxDevice device(make_touch_link(patient_touch()), quiet());
+  ASSERT_TRUE(says(device, DeviceFault::kNone));
+  DeviceReading reading = device.exchange({});
+  EXPECT_TRUE(reading.grip.turns);
+  EXPECT_FALSE(reading.grip.opens);
+  EXPECT_LT(glm::distance(shaft_of(reading.grip), glm::dvec3(0.0, 1.0, 0.0)), 1e-15);
+  EXPECT_LT(glm::distance(reading.grip.device_from_grip * glm::dvec3(0.0, 1.0, 0.0),
+                          glm::dvec3(0.0, 0.0, -1.0)),
+            1e-15);
+  EXPECT_EQ(reading.grip.angular_velocity_rad_per_s, glm::dvec3(0.1, 0.2, 0.1 * 3.0));
+  // A rotation that is none is no reason to end the force.
+  hd.axes[4] = std::nan("");
+  ASSERT_TRUE(wait_for([&] { return !(reading = device.exchange({})).grip.turns; }));
+  EXPECT_EQ(reading.fault, DeviceFault::kNone);
+}
+
+TEST(Touch, WorksWithoutARotation) {
+  start_over();
+  library().knows_rotation = false;
+  MailboxDevice device(make_touch_link(patient_touch()), quiet());
+  ASSERT_TRUE(says(device, DeviceFault::kNone));
+  EXPECT_FALSE(device.exchange({}).grip.turns);
 }
 
 TEST(Touch, BelievesNoNumberThatCanNotBe) {

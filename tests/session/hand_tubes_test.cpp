@@ -232,6 +232,28 @@ TEST(ScenePicture, ABareFingertipShowsContactByItsColour) {
   EXPECT_EQ(ball(true, 9.0), hard);
 }
 
+TEST(ScenePicture, ThePenTurnsWithTheHandWhereThatIsSensed) {
+  const auto scene = scene_of(test::still(streams()), "follow", VectorProperty::kVector, false);
+  ViewChoices choices;
+  choices.box = false;
+  ScenePicture picture(choices);
+  picture.update(scene);
+  const auto shaft = [&](glm::dvec3 sensed, const Eye& eye) {
+    SceneSnapshot snapshot = snapshot_at(glm::dvec3(0.0));
+    snapshot.shaft = sensed;
+    const Things things = picture.at(snapshot, 0, eye).things;
+    EXPECT_EQ(things.at(0).from, snapshot.probe_m) << "its tip";
+    return glm::normalize(things.at(0).to - things.at(0).from);
+  };
+  const Eye front = eye_at({1.0, 0.0, 0.3}, {1.0, 0.0, 0.0}, 0.5, {64, 64});
+  const Eye side = eye_at({1.3, 0.0, 0.0}, {1.0, 0.0, 0.0}, 0.5, {64, 64});
+  const glm::dvec3 up(0.0, 1.0, 0.0);
+  EXPECT_LT(glm::distance(shaft(up, front), up), 1e-12);
+  EXPECT_LT(glm::distance(shaft(up, side), up), 1e-12) << "whoever looks";
+  EXPECT_GT(glm::distance(shaft(glm::dvec3(0.0), front), shaft(glm::dvec3(0.0), side)), 0.5)
+      << "of a device that does not sense it the tip is visible for every eye";
+}
+
 /// A host's device with a button, in the molecule.
 TEST(Session, ReleasesTubesByTheDevicesButtonAndByCommand) {
   auto loaded = loading::load_scene({"molecule"}, {});

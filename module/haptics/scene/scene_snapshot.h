@@ -24,6 +24,8 @@ struct SceneSnapshot {
   int volume_count = 0;
   std::array<VolumeSnapshot, kMostVolumes> volumes;  ///< in the scene's order
   glm::dvec3 probe_m{0.0}, proxy_m{0.0};             ///< world
+  /// World, unit: from the probe along the grip's shaft; zero: the device does not sense it.
+  glm::dvec3 shaft{0.0};
   glm::dvec3 force_n{0.0};  ///< that reaches the hand, along the world's axes
   Cause cause = Cause::kStarting;
   bool in_contact = false;

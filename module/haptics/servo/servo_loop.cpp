@@ -110,6 +110,7 @@ DeviceReading ServoLoop::read() noexcept {
   if (second_.fresh && !reading.fresh) {
     reading.position_m = second_.position_m;
     reading.time_ns = second_.time_ns;
+    reading.grip = second_.grip;
     reading.fresh = true;
   }
   return reading;

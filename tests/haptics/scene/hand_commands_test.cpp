@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <vector>
 
 #include "module/haptics/scene_ticker.h"
@@ -124,6 +125,29 @@ TEST(SceneTicker, PassesCommandsOnInOrderWithTheirTick) {
     EXPECT_EQ(command.snapshot.volume_count, 1);
   }
   EXPECT_EQ(all, (All{{7, Kind::kReleaseTube}, {12, Kind::kKeepTubes}, {12, Kind::kClearTubes}}));
+}
+
+TEST(SceneTicker, TellsViewersHowTheGripIsHeldAlongTheWorldsAxes) {
+  SceneTicker ticker({}, Hand::device());
+  SceneSpec spec = shell_spec(6.0, 0.4, 700.0);
+  // A quarter about y: the device's z is the world's x.
+  spec.world_from_device.rotation = glm::dquat(std::sqrt(0.5), 0.0, std::sqrt(0.5), 0.0);
+  const auto scene = plan(spec, {shell(2, 2.0)});
+  ASSERT_TRUE(scene) << scene.error().message;
+  ASSERT_TRUE(ticker.offer(*scene));
+  TickInput input;
+  SceneSnapshot snapshot;
+  const auto shaft = [&] {
+    ticker.tick(input);
+    EXPECT_TRUE(ticker.newest(0, snapshot));
+    return snapshot.shaft;
+  };
+  EXPECT_EQ(shaft(), glm::dvec3(0.0)) << "it is not sensed";
+  input.reading.grip.turns = true;
+  EXPECT_LT(glm::distance(shaft(), glm::dvec3(1.0, 0.0, 0.0)), 1e-15);
+  // A quarter about the device's x: the shaft goes down.
+  input.reading.grip.device_from_grip = glm::dquat(std::sqrt(0.5), std::sqrt(0.5), 0.0, 0.0);
+  EXPECT_LT(glm::distance(shaft(), glm::dvec3(0.0, -1.0, 0.0)), 1e-15);
 }
 
 TEST(SceneTicker, CommandsChangeNoForce) {

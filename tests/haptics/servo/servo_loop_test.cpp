@@ -100,11 +100,14 @@ TEST(ServoLoop, KeepsAFaultAndAPositionThatOnlyTheSecondAnswerBrought) {
     ++answers;
     if (answers == 2) reading.fault = DeviceFault::kJumped;
     if (answers == 3) reading.fresh = false;
+    reading.grip.opens = true;
+    reading.grip.opening_rad = answers;
   };
   bench.run_periods(3);
   EXPECT_EQ(bench.ticker.inputs[1].reading.fault, DeviceFault::kJumped);
   EXPECT_TRUE(bench.ticker.inputs[1].reading.fresh);
   EXPECT_EQ(bench.ticker.inputs[1].reading.position_m.x, 2.0);  // the second answer's
+  EXPECT_EQ(bench.ticker.inputs[1].reading.grip.opening_rad, 2.0);
   EXPECT_EQ(bench.ticker.inputs[2].reading.fault, DeviceFault::kNone);
   EXPECT_EQ(bench.ticker.inputs[2].reading.position_m.x, 5.0);
 }
