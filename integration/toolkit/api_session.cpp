@@ -35,22 +35,43 @@ DeviceFault fault_of(uint32_t fault) noexcept {
   }
 }
 
+GripReading grip_of(const PalGrip& given) noexcept {
+  GripReading grip;
+  grip.turns = (given.senses & PAL_GRIP_TURNS) != 0;
+  const double(&q)[4] = given.device_from_grip;
+  grip.device_from_grip = glm::dquat(q[0], q[1], q[2], q[3]);
+  for (int a = 0; a < 3; ++a)
+    grip.angular_velocity_rad_per_s[a] = given.angular_velocity_rad_per_s[a];
+  grip.opens = (given.senses & PAL_GRIP_OPENS) != 0;
+  grip.opening_rad = given.opening_rad;
+  return believable(grip);
+}
+
 /// A force device of the host, as a ForceDevice of the servo loop.
 class HostDevice final : public ForceDevice {
  public:
   HostDevice(const PalDevice& device, DeviceInfo info)
-      : exchange_(device.exchange), user_(device.user), info_(std::move(info)) {}
+      : exchange_(device.exchange),
+        grip_(device.grip),
+        user_(device.user),
+        info_(std::move(info)) {}
   DeviceInfo info() const override { return info_; }
   DeviceReading exchange(const DeviceCommand& command) noexcept override {
     PalReading given{};
+    PalGrip grip{};
+    grip.size = sizeof grip;
     const double force_n[3] = {command.force_n.x, command.force_n.y, command.force_n.z};
     const void* const before = std::exchange(session_calling_back, session_);
-    const Thrown thrown = call_host("exchange", [&] { exchange_(user_, force_n, &given); });
+    const Thrown thrown = call_host("exchange", [&] {
+      exchange_(user_, force_n, &given);
+      if (grip_) grip_(user_, &grip);
+    });
     session_calling_back = before;
     if (thrown) {
       // After an exception no reading can be trusted: report a fault, whose ramp takes the force to
       // zero.
       given = {};
+      grip = {};
       given.fault = PAL_FAULT_GARBAGE;
       if (!has_thrown_.exchange(true)) {
         thrown_ = thrown;
@@ -65,6 +86,7 @@ class HostDevice final : public ForceDevice {
     reading.position_m = last_m_;
     reading.time_ns = given.time_ns ? given.time_ns : monotonic_ns();
     reading.buttons = given.buttons;
+    reading.grip = grip_of(grip);
     reading.fresh = reading.fault == DeviceFault::kNone && given.is_fresh;
     return reading;
   }
@@ -77,6 +99,7 @@ class HostDevice final : public ForceDevice {
 
  private:
   void (*exchange_)(void* user, const double force_n[3], PalReading* reading);
+  void (*grip_)(void* user, PalGrip* grip);
   void* user_;
   DeviceInfo info_;
   const void* session_ = nullptr;
@@ -290,6 +313,7 @@ void fill(PalState& state, SessionContent& of_session) {
   for (int a = 0; a < 3; ++a) {
     state.hand_m[a] = snapshot.probe_m[a];
     state.proxy_m[a] = snapshot.proxy_m[a];
+    state.shaft[a] = snapshot.shaft[a];
   }
   in_world(tick.command.force_n, state.force_n);
   const bool is_scene = snapshot.cause == Cause::kNone;
@@ -411,8 +435,24 @@ PalResult pal_haptics_tick(PalSession* session, const PalTick* tick, double forc
   const glm::dvec3 force =
       use->session().tick({{tick->position_m[0], tick->position_m[1], tick->position_m[2]},
                            tick->time_ns,
-                           tick->buttons});
+                           tick->buttons,
+                           use->grip});
   for (int a = 0; a < 3; ++a) force_n[a] = force[a];
+  return PAL_OK;
+}
+
+PalResult pal_haptics_hold(PalSession* session, const PalGrip* grip) {
+  const Use use(of(session));
+  if (!use) return refused_handle("session");
+  PalGrip known;
+  if (const PalResult read = taken(grip, offsetof(PalGrip, device_from_grip), "PalGrip", known);
+      read != PAL_OK)
+    return read;
+  if (!use->host_ticks)
+    return failed(PAL_BAD_INPUT, {"The session has a haptic thread of its own"});
+  if (known.senses & ~uint32_t(PAL_GRIP_TURNS | PAL_GRIP_OPENS))
+    return failed(PAL_BAD_INPUT, {"PalGrip: senses has a flag that is not known"});
+  use->grip = grip_of(known);
   return PAL_OK;
 }
 

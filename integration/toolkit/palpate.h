@@ -496,6 +496,22 @@ typedef struct PalReading {
   uint32_t is_fresh;    /* 0: not a new measurement: the position is the last one again */
 } PalReading;
 
+enum {
+  PAL_GRIP_TURNS = 1u << 0, /* rotation and angular velocity are sensed */
+  PAL_GRIP_OPENS = 1u << 1  /* the opening of a gripper is sensed */
+};
+
+/* How a grip is held. Nothing is felt by it: the pen in pictures turns with it. What is not finite,
+   or a rotation that is none, is taken as not sensed. */
+typedef struct PalGrip {
+  uint32_t size;              /* sizeof(PalGrip) */
+  uint32_t senses;            /* PAL_GRIP_...; 0: only the position is sensed */
+  double device_from_grip[4]; /* a rotation as a unit quaternion w, x, y, z; the grip's own z goes
+                                 along its shaft, away from the tip */
+  double angular_velocity_rad_per_s[3]; /* along the device's axes */
+  double opening_rad;                   /* of the gripper; 0: closed */
+} PalGrip;
+
 /* A force device of the host, for sessions with a haptic thread of palpate's. `exchange` is called
    about 1,000 times a second on that thread: it sends a force to the hand (N) and fills in the
    newest reading. It must return within about a millisecond and must not wait for a lock that
@@ -506,6 +522,9 @@ typedef struct PalDevice {
   const PalDeviceInfo* info;
   void (*exchange)(void* user, const double force_n[3], PalReading* reading);
   void* user;
+  /* NULL: only the position is sensed. Called after each exchange, under the same conditions, with
+     a grip that senses nothing; grip->size is the library's: nothing behind it may be written. */
+  void (*grip)(void* user, PalGrip* grip);
 } PalDevice;
 
 /* ---- sessions ----
@@ -627,6 +646,10 @@ typedef struct PalTick {
    free. [RT] */
 PAL_API PalResult pal_haptics_tick(PalSession* session, const PalTick* tick, double force_n[3]);
 
+/* With PAL_SESSION_HOST_TICKS: how the grip is held, from the next pal_haptics_tick() on. On the
+   thread of the ticks. [RT] */
+PAL_API PalResult pal_haptics_hold(PalSession* session, const PalGrip* grip);
+
 enum { PAL_MOST_VOLUMES = 8, PAL_MOST_LIMITERS = 16 };
 
 /* The newest haptic frame. */
@@ -663,6 +686,7 @@ typedef struct PalState {
     const char* word;
     double held_n[3];
   } limiters[PAL_MOST_LIMITERS];
+  double shaft[3]; /* world, unit: from the hand along the grip's shaft; 0: it is not sensed */
 } PalState;
 
 /* Gives the newest haptic frame. May wait shortly for other threads that read the session's state;

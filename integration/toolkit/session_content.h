@@ -44,6 +44,7 @@ class SessionContent {
   std::shared_ptr<SessionNotes> notes = std::make_shared<SessionNotes>();
   running::ConnectedSession connected;
   bool host_ticks = false;
+  GripReading grip;  ///< of host ticks, by their thread alone
 
   const std::shared_ptr<ContextContent>& context() const { return context_; }
   /// Once it has been started.

@@ -548,6 +548,83 @@ TEST(CLibrary, DrivesADeviceOfTheHostsOnItsOwnThread) {
   EXPECT_EQ(pressing.exchanges, after) << "the device is used after the session is closed";
 }
 
+double shaft_y(PalSession* session) {
+  PalState state{};
+  state.size = sizeof state;
+  EXPECT_EQ(pal_session_state(session, &state), PAL_OK) << pal_last_error();
+  EXPECT_EQ(state.shaft[0], 0.0);
+  return state.shaft[1];
+}
+
+TEST(CLibrary, TakesHowTheGripIsHeldFromTheHostsTicks) {
+  Opened opened;
+  open_ball(opened, BallFrames());
+  // A quarter about x: the shaft goes down.
+  PalGrip grip{};
+  grip.size = sizeof grip;
+  grip.senses = PAL_GRIP_TURNS;
+  grip.device_from_grip[0] = grip.device_from_grip[1] = std::sqrt(0.5);
+  PalTick tick{{0.0, 0.0, 0.05}, 1'000'000'000, 0};
+  double force_n[3];
+  const auto ticked = [&] {
+    tick.time_ns += 1'000'000;
+    PAL_EXPECT_OK(pal_haptics_tick(opened.session, &tick, force_n));
+    return shaft_y(opened.session);
+  };
+  EXPECT_EQ(ticked(), 0.0);
+  PAL_EXPECT_OK(pal_haptics_hold(opened.session, &grip));
+  EXPECT_NEAR(ticked(), -1.0, 1e-12);
+  EXPECT_NEAR(ticked(), -1.0, 1e-12) << "until another one is given";
+  // A rotation that is none is not sensed, and is no fault.
+  grip.device_from_grip[0] = std::nan("");
+  PAL_EXPECT_OK(pal_haptics_hold(opened.session, &grip));
+  EXPECT_EQ(ticked(), 0.0);
+
+  EXPECT_EQ(pal_haptics_hold(opened.session, nullptr), PAL_BAD_INPUT);
+  grip.senses = 1u << 7;
+  EXPECT_EQ(pal_haptics_hold(opened.session, &grip), PAL_BAD_INPUT);
+  EXPECT_THAT(pal_last_error(), HasSubstr("senses"));
+  grip.size = sizeof grip + 8;
+  EXPECT_EQ(pal_haptics_hold(opened.session, &grip), PAL_BAD_VERSION);
+  EXPECT_EQ(pal_haptics_hold(nullptr, &grip), PAL_BAD_INPUT);
+}
+
+TEST(CLibrary, TakesHowTheGripIsHeldFromADeviceOfTheHosts) {
+  Opened opened;
+  const BallFrames ball;
+  open_ball(opened, ball);
+  const PalDeviceInfo about = host_device();
+  PalDevice device = device_of(about, nullptr, [](void*, const double*, PalReading* reading) {
+    reading->position_m[2] = 0.05;
+    reading->is_fresh = 1;
+  });
+  device.grip = [](void*, PalGrip* grip) {
+    EXPECT_EQ(grip->size, sizeof(PalGrip));
+    EXPECT_EQ(grip->senses, 0u);
+    grip->senses = PAL_GRIP_TURNS | PAL_GRIP_OPENS;
+    grip->device_from_grip[0] = grip->device_from_grip[1] = std::sqrt(0.5);
+    grip->opening_rad = 0.2;
+  };
+  PalSessionInfo info{};
+  info.size = sizeof info;
+  info.flags = PAL_SESSION_NO_REAL_TIME;
+  info.device = &device;
+  // A program of before has no `grip`.
+  for (const bool has_grip : {true, false}) {
+    device.size = has_grip ? sizeof device : offsetof(PalDevice, grip);
+    PAL_ASSERT_OK(pal_session_close(&opened.session));
+    PAL_ASSERT_OK(pal_session_open(opened.scene, &info, &opened.session));
+    PalState state{};
+    state.size = sizeof state;
+    for (int k = 0; k < 10'000 && state.time_ns == 0; ++k) {
+      ::usleep(1000);
+      PAL_ASSERT_OK(pal_session_state(opened.session, &state));
+    }
+    EXPECT_NEAR(state.shaft[1], has_grip ? -1.0 : 0.0, 1e-12);
+    EXPECT_EQ(pal_haptics_hold(opened.session, nullptr), PAL_BAD_INPUT);
+  }
+}
+
 /// The beating shell, ticked by the test, and its stream tubes.
 class ShellTubes {
  public:

@@ -43,6 +43,7 @@ glm::dvec3 HostLoop::tick(const HostTick& tick) noexcept {
   if (finite) reading.position_m = x;
   reading.time_ns = clock_.time_ns;
   reading.buttons = tick.buttons;
+  reading.grip = believable(tick.grip);
   over_ = !loop_.run_period();
   return over_ ? glm::dvec3(0.0) : device_.command.force_n;
 }

@@ -15,6 +15,7 @@ struct HostTick {
   /// back; 0: now.
   int64_t time_ns = 0;
   uint32_t buttons = 0;  ///< bit k: button k is down
+  GripReading grip;
 };
 
 /// The servo loop of a host that has a haptic thread of its own: the same loop, guards and ramps as
