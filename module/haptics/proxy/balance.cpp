@@ -61,10 +61,9 @@ glm::dvec3 proxy_of(const AddedPrimitives& column, glm::dvec3 probe,
 }
 
 /// Equation (12): the friction of each plane from the normal forces of a solve without friction.
-template <class Real>
 Balance convex_balance(const PrimitiveSet& primitives, glm::dvec3 probe, double stiffness_n_per_m,
                        BalanceHint* hint) noexcept {
-  ConvexBalance<Real> convex(probe, stiffness_n_per_m);
+  ConvexBalance convex(probe, stiffness_n_per_m);
   bool friction = false;
   for (const Primitive& p : primitives) {
     if (p.kind == Kind::kPlane) convex.add_plane(p.position, p.direction, p.strength_n);
@@ -116,12 +115,7 @@ Balance balance(const PrimitiveSet& primitives, glm::dvec3 probe, double stiffne
   else if (one_column)
     result.proxy = proxy_of(column, pulled, stiffness_n_per_m);
   else
-    result = convex_balance<double>(primitives, pulled, stiffness_n_per_m, hint);
-  if (!result.converged) {  // planes or lines that are nearly parallel and strong
-    const int iterations = result.iterations;
-    result = convex_balance<long double>(primitives, pulled, stiffness_n_per_m, nullptr);
-    result.iterations += iterations;
-  }
+    result = convex_balance(primitives, pulled, stiffness_n_per_m, hint);
   // Numbers too large for doubles: the spring is let go, and that is said.
   if (!std::isfinite(result.proxy.x + result.proxy.y + result.proxy.z)) {
     result.proxy = probe;

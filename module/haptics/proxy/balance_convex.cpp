@@ -14,14 +14,12 @@ constexpr int kEasySteps = 12;
 constexpr double kSmallestPlace = 1e-3;
 constexpr double kLeastWidth = 1e-8;
 
-template <class Real>
-glm::vec<3, Real> unit_or_zero(glm::vec<3, Real> v) noexcept {
-  const Real length = glm::length(v);
-  return length > Real(0) ? v / length : glm::vec<3, Real>(Real(0));
+glm::dvec3 unit_or_zero(glm::dvec3 v) noexcept {
+  const double length = glm::length(v);
+  return length > 0.0 ? v / length : glm::dvec3(0.0);
 }
 
-template <class Real>
-Real size(glm::vec<3, Real> v) noexcept {
+double size(glm::dvec3 v) noexcept {
   return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
 }
 
@@ -30,37 +28,34 @@ constexpr double kWithin = 1e-3;
 constexpr int kMostSteps = 8;
 
 /// Up to three active directions, made orthogonal one after the other.
-template <class Real>
 class ActiveSpan {
  public:
-  using Vec = glm::vec<3, Real>;
-
   /// False if it lies within the span already.
-  bool add(Vec normal) noexcept {
-    Vec rest = normal;
+  bool add(glm::dvec3 normal) noexcept {
+    glm::dvec3 rest = normal;
     for (int k = 0; k < count_; ++k) rest -= base_[k] * glm::dot(base_[k], rest);
-    const Real length = glm::length(rest);
-    if (count_ == 3 || length < Real(kWithin)) return false;
+    const double length = glm::length(rest);
+    if (count_ == 3 || length < kWithin) return false;
     normals_[count_] = normal;
     base_[count_++] = rest / length;
     return true;
   }
   int count() const noexcept { return count_; }
-  Vec outside(Vec v) const noexcept {
+  glm::dvec3 outside(glm::dvec3 v) const noexcept {
     for (int k = 0; k < count_; ++k) v -= base_[k] * glm::dot(base_[k], v);
     return v;
   }
   /// A symmetric matrix along what is free only; the identity along the span.
   template <class SymmetricMatrix>
   SymmetricMatrix free_part(const SymmetricMatrix& a) const noexcept {
-    Vec rows[3] = {outside({a.xx, a.xy, a.xz}), outside({a.xy, a.yy, a.yz}),
-                   outside({a.xz, a.yz, a.zz})};
-    Vec columns[3];
+    glm::dvec3 rows[3] = {outside({a.xx, a.xy, a.xz}), outside({a.xy, a.yy, a.yz}),
+                          outside({a.xz, a.yz, a.zz})};
+    glm::dvec3 columns[3];
     for (int c = 0; c < 3; ++c) columns[c] = outside({rows[0][c], rows[1][c], rows[2][c]});
     SymmetricMatrix free{columns[0].x, columns[1].x, columns[2].x,
                          columns[1].y, columns[2].y, columns[2].z};
     for (int k = 0; k < count_; ++k) {
-      const Vec b = base_[k];
+      const glm::dvec3 b = base_[k];
       free.xx += b.x * b.x, free.xy += b.x * b.y, free.xz += b.x * b.z;
       free.yy += b.y * b.y, free.yz += b.y * b.z, free.zz += b.z * b.z;
     }
@@ -68,17 +63,17 @@ class ActiveSpan {
   }
 
   /// The least move that changes the heights over the normals by so much.
-  Vec move(const Real (&heights)[3]) const noexcept {
+  glm::dvec3 move(const double (&heights)[3]) const noexcept {
     // base_k . x, one after the other: normal_k = its part along earlier bases and along its own.
-    Vec x(Real(0));
+    glm::dvec3 x(0.0);
     for (int k = 0; k < count_; ++k) {
-      const Real missing = heights[k] - glm::dot(normals_[k], x);
+      const double missing = heights[k] - glm::dot(normals_[k], x);
       x += base_[k] * (missing / glm::dot(normals_[k], base_[k]));
     }
     return x;
   }
   /// Shares of the normals that add up to the part of v within the span.
-  void shares(Vec v, Real (&out)[3]) const noexcept {
+  void shares(glm::dvec3 v, double (&out)[3]) const noexcept {
     for (int k = count_ - 1; k >= 0; --k) {
       out[k] = glm::dot(v, base_[k]) / glm::dot(normals_[k], base_[k]);
       v -= out[k] * normals_[k];
@@ -86,19 +81,17 @@ class ActiveSpan {
   }
 
  private:
-  Vec normals_[3], base_[3];
+  glm::dvec3 normals_[3], base_[3];
   int count_ = 0;
 };
 
 /// Two directions at right angles to a line; all three axes for a point.
-template <class Real>
-int across(glm::vec<3, Real> q, glm::vec<3, Real> (&out)[3]) noexcept {
-  using Vec = glm::vec<3, Real>;
-  if (q == Vec(Real(0))) {
-    out[0] = Vec(1, 0, 0), out[1] = Vec(0, 1, 0), out[2] = Vec(0, 0, 1);
+int across(glm::dvec3 q, glm::dvec3 (&out)[3]) noexcept {
+  if (q == glm::dvec3(0.0)) {
+    out[0] = glm::dvec3(1, 0, 0), out[1] = glm::dvec3(0, 1, 0), out[2] = glm::dvec3(0, 0, 1);
     return 3;
   }
-  const Vec axis = std::abs(q.x) < Real(0.6) ? Vec(1, 0, 0) : Vec(0, 1, 0);
+  const glm::dvec3 axis = std::abs(q.x) < double(0.6) ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
   out[0] = glm::normalize(glm::cross(q, axis));
   out[1] = glm::cross(q, out[0]);
   return 2;
@@ -106,94 +99,87 @@ int across(glm::vec<3, Real> q, glm::vec<3, Real> (&out)[3]) noexcept {
 
 }  // namespace
 
-template <class Real>
-void ConvexBalance<Real>::add_plane(glm::dvec3 position, glm::dvec3 q, double strength_n) noexcept {
+void ConvexBalance::add_plane(glm::dvec3 position, glm::dvec3 q, double strength_n) noexcept {
   Plane& plane = planes_[plane_count_++];
   plane.position = position;
-  plane.q = unit_or_zero(Vec(q));
+  plane.q = unit_or_zero(q);
   plane.reach = strength_n / stiffness_;
   plane.step = plane.force = plane.next_force = 0.0;
   plane.active = plane.would_be_active = false;
 }
 
-template <class Real>
-void ConvexBalance<Real>::add_line(glm::dvec3 position, glm::dvec3 q, double strength_n) noexcept {
+void ConvexBalance::add_line(glm::dvec3 position, glm::dvec3 q, double strength_n) noexcept {
   Line& line = lines_[line_count_++];
   line.position = position;
-  line.q = unit_or_zero(Vec(q));
+  line.q = unit_or_zero(q);
   line.reach = strength_n / stiffness_;
-  line.step = line.force = line.next_force = Vec(0.0);
+  line.step = line.force = line.next_force = glm::dvec3(0.0);
   line.active = line.would_be_active = false;
 }
 
-template <class Real>
-void ConvexBalance<Real>::add_point(glm::dvec3 position, double strength_n) noexcept {
+void ConvexBalance::add_point(glm::dvec3 position, double strength_n) noexcept {
   add_line(position, glm::dvec3(0.0), strength_n);
 }
 
-template <class Real>
-void ConvexBalance<Real>::start() noexcept {
+void ConvexBalance::start() noexcept {
   if (!started_) proxy_ = plane_count_ ? planes_[0].position : lines_[0].position;
   started_ = true;
   smallest_ = HUGE_VAL;
   place();
-  Real widest = 0.0, reaches = 0.0;
+  double widest = 0.0, reaches = 0.0;
   for (size_t i = 0; i < plane_count_; ++i) {
     const Plane& plane = planes_[i];
-    widest = std::max<Real>(widest, std::abs(plane.height - glm::dot(plane.q, spring_)));
+    widest = std::max(widest, std::abs(plane.height - glm::dot(plane.q, spring_)));
     reaches += plane.reach;
   }
   for (size_t i = 0; i < line_count_; ++i) {
     const Line& line = lines_[i];
-    const Vec at_probe = line.offset - spring_ + line.q * glm::dot(line.q, spring_);
-    widest = std::max<Real>(widest, size(at_probe));
+    const glm::dvec3 at_probe = line.offset - spring_ + line.q * glm::dot(line.q, spring_);
+    widest = std::max(widest, size(at_probe));
     reaches += line.reach;
   }
-  const Real width = 0.03 * std::min<Real>(widest, reaches);
+  const double width = 0.03 * std::min(widest, reaches);
   for (size_t i = 0; i < plane_count_; ++i) {
     Plane& plane = planes_[i];
     plane.slack = slack(plane.position);
-    smallest_ = std::min<Real>(smallest_, plane.slack);
-    plane.width = std::max<Real>({width, kLeastWidth * plane.reach, 0.5 * plane.slack});
+    smallest_ = std::min(smallest_, plane.slack);
+    plane.width = std::max({width, kLeastWidth * plane.reach, 0.5 * plane.slack});
   }
   for (size_t i = 0; i < line_count_; ++i) {
     Line& line = lines_[i];
     line.slack = slack(line.position);
-    smallest_ = std::min<Real>(smallest_, line.slack);
-    line.width = std::max<Real>({width, kLeastWidth * line.reach, 0.5 * line.slack});
+    smallest_ = std::min(smallest_, line.slack);
+    line.width = std::max({width, kLeastWidth * line.reach, 0.5 * line.slack});
   }
-  tolerance_ = std::max<Real>(0.1 * kResidualN / stiffness_, kUlp * (reaches + size(spring_)));
+  tolerance_ = std::max(0.1 * kResidualN / stiffness_, kUlp * (reaches + size(spring_)));
 }
 
-template <class Real>
-Real ConvexBalance<Real>::slack(Vec position) const noexcept {
-  return 4.0 * kUlp * std::max<Real>({size(position), size(probe_), kSmallestPlace});
+double ConvexBalance::slack(glm::dvec3 position) const noexcept {
+  return 4.0 * kUlp * std::max({size(position), size(probe_), kSmallestPlace});
 }
 
 /// Offsets from the proxy as it is: once near the solution, so that they carry the round-off of
 /// positions near to each other only.
-template <class Real>
-void ConvexBalance<Real>::place() noexcept {
+void ConvexBalance::place() noexcept {
   proxy_ += proxy_low_;
-  proxy_low_ = Vec(0.0);
+  proxy_low_ = glm::dvec3(0.0);
   spring_ = proxy_ - probe_;
   for (size_t i = 0; i < plane_count_; ++i)
     planes_[i].height = glm::dot(planes_[i].q, proxy_ - planes_[i].position);
   for (size_t i = 0; i < line_count_; ++i) {
     Line& line = lines_[i];
-    const Vec from = proxy_ - line.position;
+    const glm::dvec3 from = proxy_ - line.position;
     line.offset = from - line.q * glm::dot(line.q, from);
   }
 }
 
 /// rest_, curvature_ and the forces at proxy + along * newton_step_. Predicted: as if the same
 /// primitives were active as at the last evaluation that was not predicted.
-template <class Real>
 template <bool kPredicted>
-void ConvexBalance<Real>::evaluate(Real along) noexcept {
-  Vec rest = spring_ + along * newton_step_;
+void ConvexBalance::evaluate(double along) noexcept {
+  glm::dvec3 rest = spring_ + along * newton_step_;
   SymmetricMatrix a{1.0, 0.0, 0.0, 1.0, 0.0, 1.0};
-  const auto add = [&a](Real c, Vec v) {
+  const auto add = [&a](double c, glm::dvec3 v) {
     a.xx += c * v.x * v.x;
     a.xy += c * v.x * v.y;
     a.xz += c * v.x * v.z;
@@ -203,12 +189,12 @@ void ConvexBalance<Real>::evaluate(Real along) noexcept {
   };
   for (size_t i = 0; i < plane_count_; ++i) {
     Plane& plane = planes_[i];
-    const Real c = plane.reach / plane.width;
-    const Real wanted = plane.force - c * (plane.height + along * plane.step);
+    const double c = plane.reach / plane.width;
+    const double wanted = plane.force - c * (plane.height + along * plane.step);
     if constexpr (kPredicted) {
       plane.next_force = plane.active ? wanted : plane.force;
     } else {
-      plane.next_force = std::clamp<Real>(wanted, 0.0, plane.reach);
+      plane.next_force = std::clamp(wanted, 0.0, plane.reach);
       plane.would_be_active = wanted == plane.next_force;
     }
     rest -= plane.next_force * plane.q;
@@ -216,14 +202,14 @@ void ConvexBalance<Real>::evaluate(Real along) noexcept {
   }
   for (size_t i = 0; i < line_count_; ++i) {
     Line& line = lines_[i];
-    Real c = line.reach / line.width;
-    Vec wanted = line.force - c * (line.offset + along * line.step);
+    double c = line.reach / line.width;
+    glm::dvec3 wanted = line.force - c * (line.offset + along * line.step);
     wanted -= line.q * glm::dot(line.q, wanted);
-    const Real length2 = glm::dot(wanted, wanted);
+    const double length2 = glm::dot(wanted, wanted);
     line.next_force = wanted;
     if constexpr (!kPredicted) line.would_be_active = length2 <= line.reach * line.reach;
     if (!(kPredicted ? line.active : line.would_be_active)) {
-      const Real inverse = 1.0 / std::sqrt(length2);
+      const double inverse = 1.0 / std::sqrt(length2);
       line.next_force *= line.reach * inverse;
       c *= line.reach * inverse;
       add(-c, wanted * inverse);
@@ -238,11 +224,10 @@ void ConvexBalance<Real>::evaluate(Real along) noexcept {
   curvature_ = a;
 }
 
-template <class Real>
-void ConvexBalance<Real>::step_to(Real along) noexcept {
-  const Vec step = along * newton_step_;
+void ConvexBalance::step_to(double along) noexcept {
+  const glm::dvec3 step = along * newton_step_;
   spring_ += step;
-  const Vec sum = proxy_ + (proxy_low_ + step);
+  const glm::dvec3 sum = proxy_ + (proxy_low_ + step);
   proxy_low_ = (proxy_ - sum) + (proxy_low_ + step);
   proxy_ = sum;
   for (size_t i = 0; i < plane_count_; ++i) planes_[i].height += along * planes_[i].step;
@@ -250,48 +235,46 @@ void ConvexBalance<Real>::step_to(Real along) noexcept {
 }
 
 /// LDL^T. The matrix is the identity and more, so in exact numbers no pivot is below 1.
-template <class Real>
-auto ConvexBalance<Real>::solve(const SymmetricMatrix& a, Vec b) noexcept -> Vec {
-  const Real d0 = a.xx;
-  const Real l1 = a.xy / d0, l2 = a.xz / d0;
-  const Real d1 = std::max<Real>(a.yy - l1 * a.xy, 1.0);
-  const Real m = a.yz - l1 * a.xz;
-  const Real l3 = m / d1;
-  const Real d2 = std::max<Real>(a.zz - l2 * a.xz - l3 * m, 1.0);
-  const Real y1 = b.y - l1 * b.x;
-  const Real y2 = b.z - l2 * b.x - l3 * y1;
-  const Real z = y2 / d2;
-  const Real y = y1 / d1 - l3 * z;
+glm::dvec3 ConvexBalance::solve(const SymmetricMatrix& a, glm::dvec3 b) noexcept {
+  const double d0 = a.xx;
+  const double l1 = a.xy / d0, l2 = a.xz / d0;
+  const double d1 = std::max(a.yy - l1 * a.xy, 1.0);
+  const double m = a.yz - l1 * a.xz;
+  const double l3 = m / d1;
+  const double d2 = std::max(a.zz - l2 * a.xz - l3 * m, 1.0);
+  const double y1 = b.y - l1 * b.x;
+  const double y2 = b.z - l2 * b.x - l3 * y1;
+  const double z = y2 / d2;
+  const double y = y1 / d1 - l3 * z;
   return {b.x / d0 - l1 * y - l2 * z, y, z};
 }
 
 /// Where along (0, 1) a primitive starts or ends to give all it can: between two such places the
 /// gradient along the step is smooth.
-template <class Real>
-size_t ConvexBalance<Real>::kinks(std::array<Real, kMaxKinks>& places) const noexcept {
+size_t ConvexBalance::kinks(std::array<double, kMaxKinks>& places) const noexcept {
   size_t count = 0;
-  const auto add = [&](Real place) {
+  const auto add = [&](double place) {
     if (place > 0.0 && place < 1.0) places[count++] = place;
   };
   for (size_t i = 0; i < plane_count_; ++i) {
     const Plane& plane = planes_[i];
-    const Real c = plane.reach / plane.width;
-    const Real none = plane.force / c - plane.height;  // where the force ends
+    const double c = plane.reach / plane.width;
+    const double none = plane.force / c - plane.height;  // where the force ends
     add(none / plane.step);
     add((none - plane.width) / plane.step);
   }
   for (size_t i = 0; i < line_count_; ++i) {
     const Line& line = lines_[i];
-    const Vec from = line.offset - line.force * (line.width / line.reach);
-    const Real a = glm::dot(line.step, line.step);
-    const Real nearest = -glm::dot(from, line.step) / a;
-    const Vec at_nearest = from + nearest * line.step;
-    const Real left = line.width * line.width - glm::dot(at_nearest, at_nearest);
+    const glm::dvec3 from = line.offset - line.force * (line.width / line.reach);
+    const double a = glm::dot(line.step, line.step);
+    const double nearest = -glm::dot(from, line.step) / a;
+    const glm::dvec3 at_nearest = from + nearest * line.step;
+    const double left = line.width * line.width - glm::dot(at_nearest, at_nearest);
     if (!(left > 0.0)) {
       add(nearest);  // no kink, but a sharp bend
       continue;
     }
-    const Real half = std::sqrt(left / a);
+    const double half = std::sqrt(left / a);
     add(nearest - half);
     add(nearest + half);
   }
@@ -300,21 +283,20 @@ size_t ConvexBalance<Real>::kinks(std::array<Real, kMaxKinks>& places) const noe
 
 /// How far to go along the Newton step; slope < 0 is the gradient along it at 0. The gradient
 /// along it only grows. Leaves evaluate() at the result.
-template <class Real>
-Real ConvexBalance<Real>::search(Real slope, bool strict) noexcept {
-  const Real enough = -0.1 * slope;
-  const Real enough_beyond = strict ? 0.0 : enough;
+double ConvexBalance::search(double slope, bool strict) noexcept {
+  const double enough = -0.1 * slope;
+  const double enough_beyond = strict ? 0.0 : enough;
   evaluate(1.0);
-  Real at_high = glm::dot(rest_, newton_step_);
+  double at_high = glm::dot(rest_, newton_step_);
   if (at_high <= enough_beyond || glm::length(rest_) <= tolerance_) return 1.0;
-  Real low = 0.0, high = 1.0, at_low = slope;
-  std::array<Real, kMaxKinks> places;
+  double low = 0.0, high = 1.0, at_low = slope;
+  std::array<double, kMaxKinks> places;
   size_t first = 0, last = kinks(places);
   std::sort(places.begin(), places.begin() + last);
   while (first < last) {
     const size_t middle = (first + last) / 2;
     evaluate(places[middle]);
-    const Real at = glm::dot(rest_, newton_step_);
+    const double at = glm::dot(rest_, newton_step_);
     if (at >= -enough && at <= enough_beyond) return places[middle];
     if (at < 0.0) {
       low = places[middle];
@@ -326,11 +308,11 @@ Real ConvexBalance<Real>::search(Real slope, bool strict) noexcept {
       last = middle;
     }
   }
-  Real along = 0.0;
+  double along = 0.0;
   for (int k = 0; k < 12; ++k) {
     along = low + (high - low) * (at_low / (at_low - at_high));
     evaluate(along);
-    const Real at = glm::dot(rest_, newton_step_);
+    const double at = glm::dot(rest_, newton_step_);
     if (at >= -enough && at <= enough_beyond) return along;
     if (at < 0.0) {
       low = along;
@@ -350,23 +332,21 @@ Real ConvexBalance<Real>::search(Real slope, bool strict) noexcept {
 }
 
 /// The Newton step from here, and how each offset changes along it.
-template <class Real>
-void ConvexBalance<Real>::aim() noexcept {
+void ConvexBalance::aim() noexcept {
   newton_step_ = -solve(curvature_, rest_);
   for (size_t i = 0; i < plane_count_; ++i) planes_[i].step = glm::dot(planes_[i].q, newton_step_);
   for (size_t i = 0; i < line_count_; ++i) {
     Line& line = lines_[i];
     line.step = newton_step_ - line.q * glm::dot(line.q, newton_step_);
   }
-  farthest_ = std::max<Real>(farthest_, size(newton_step_));
+  farthest_ = std::max(farthest_, size(newton_step_));
 }
 
 /// A new round seldom changes which primitives hold: goes to where the round would end if it did
 /// not, if that is the better place to start from.
-template <class Real>
-void ConvexBalance<Real>::predict() noexcept {
+void ConvexBalance::predict() noexcept {
   evaluate(0.0);
-  const Real before = glm::length(rest_);
+  const double before = glm::length(rest_);
   if (before <= tolerance_) return;
   evaluate<true>(0.0);
   aim();
@@ -378,14 +358,13 @@ void ConvexBalance<Real>::predict() noexcept {
     evaluate(0.0);
 }
 
-template <class Real>
-bool ConvexBalance<Real>::newton() noexcept {
+bool ConvexBalance::newton() noexcept {
   int steps = 0;
   while (glm::length(rest_) > tolerance_) {
     if (iterations_ >= kMaxIterations) return false;
     ++iterations_;
     aim();
-    const Real slope = glm::dot(rest_, newton_step_);
+    const double slope = glm::dot(rest_, newton_step_);
     if (!(slope < 0.0)) return false;  // round-off is all that is left, or not a number
     step_to(search(slope, ++steps > kEasySteps));
   }
@@ -394,32 +373,38 @@ bool ConvexBalance<Real>::newton() noexcept {
 
 /// Takes the forces of this round; true if no primitive is wrong by more than round-off, else
 /// smaller widths for those that are.
-template <class Real>
-bool ConvexBalance<Real>::end_round() noexcept {
+bool ConvexBalance::end_round() noexcept {
   bool done = farthest_ * kUlp <= 0.1 * smallest_;
   for (size_t i = 0; i < plane_count_; ++i) {
     Plane& plane = planes_[i];
-    const Real wrong = std::abs(plane.next_force - plane.force) * plane.width / plane.reach;
+    const double wrong = std::abs(plane.next_force - plane.force) * plane.width / plane.reach;
     plane.force = plane.next_force;
     plane.active = plane.would_be_active;
     if (wrong <= plane.slack) continue;
     done = false;
-    plane.width = std::max<Real>(plane.width * kShrink, 0.5 * plane.slack);
+    plane.width = std::max(plane.width * kShrink, 0.5 * plane.slack);
   }
   for (size_t i = 0; i < line_count_; ++i) {
     Line& line = lines_[i];
-    const Real wrong = glm::length(line.next_force - line.force) * line.width / line.reach;
+    const double wrong = glm::length(line.next_force - line.force) * line.width / line.reach;
     line.force = line.next_force;
     line.active = line.would_be_active;
     if (wrong <= line.slack) continue;
     done = false;
-    line.width = std::max<Real>(line.width * kShrink, 0.5 * line.slack);
+    line.width = std::max(line.width * kShrink, 0.5 * line.slack);
   }
   return done;
 }
 
-template <class Real>
-Balance ConvexBalance<Real>::solve(bool shares_matter, BalanceHint::Stage* hint) noexcept {
+Balance ConvexBalance::solve(bool shares_matter, BalanceHint::Stage* hint) noexcept {
+  const Balance first = pass(shares_matter, hint);
+  if (first.converged) return first;
+  Balance second = pass(shares_matter, nullptr);
+  second.iterations += first.iterations;
+  return second;
+}
+
+Balance ConvexBalance::pass(bool shares_matter, BalanceHint::Stage* hint) noexcept {
   iterations_ = settle_steps_ = 0;
   start();
   shares_matter_ = false;
@@ -427,7 +412,7 @@ Balance ConvexBalance<Real>::solve(bool shares_matter, BalanceHint::Stage* hint)
   shares_matter_ = shares_matter;
   for (int round = 0; round < kMaxRounds && !done; ++round) {
     farthest_ = 0.0;
-    newton_step_ = Vec(0.0);
+    newton_step_ = glm::dvec3(0.0);
     if (round == 0)
       evaluate(0.0);
     else
@@ -438,20 +423,16 @@ Balance ConvexBalance<Real>::solve(bool shares_matter, BalanceHint::Stage* hint)
   }
   if (hint && done) remember(*hint);
   Balance result;
-  result.proxy = glm::dvec3(proxy_ + proxy_low_);
+  result.proxy = proxy_ + proxy_low_;
   result.iterations = iterations_ + settle_steps_;
-  result.residual_n = double(stiffness_ * glm::length(rest_));
+  result.residual_n = stiffness_ * glm::length(rest_);
   result.converged = done && result.residual_n <= kResidualN;
   return result;
 }
 
-template class ConvexBalance<double>;
-template class ConvexBalance<long double>;
-
 /// Everything where the proxy would be: offsets, and spring less forces.
-template <class Real>
-auto ConvexBalance<Real>::settled_rest(Vec proxy) noexcept -> Vec {
-  Vec rest = proxy - probe_;
+glm::dvec3 ConvexBalance::settled_rest(glm::dvec3 proxy) noexcept {
+  glm::dvec3 rest = proxy - probe_;
   for (size_t i = 0; i < plane_count_; ++i) {
     Plane& plane = planes_[i];
     plane.settled_height = glm::dot(plane.q, proxy - plane.position);
@@ -460,12 +441,12 @@ auto ConvexBalance<Real>::settled_rest(Vec proxy) noexcept -> Vec {
   for (size_t i = 0; i < line_count_; ++i) {
     Line& line = lines_[i];
     // Twice: far along a line, what rounding leaves of that is not small beside a short offset.
-    Vec offset = proxy - line.position;
+    glm::dvec3 offset = proxy - line.position;
     offset -= line.q * glm::dot(line.q, offset);
     line.settled_offset = offset - line.q * glm::dot(line.q, offset);
-    const Real length = glm::length(line.settled_offset);
+    const double length = glm::length(line.settled_offset);
     // What slides is pulled back along its offset.
-    if (!line.active && length > Real(0))
+    if (!line.active && length > 0.0)
       line.settled_force = line.settled_offset * (-line.reach / length);
     rest -= line.settled_force;
   }
@@ -473,15 +454,14 @@ auto ConvexBalance<Real>::settled_rest(Vec proxy) noexcept -> Vec {
 }
 
 /// How the spring and the forces of what slides change with the proxy.
-template <class Real>
-auto ConvexBalance<Real>::sliding_curvature() const noexcept -> SymmetricMatrix {
+ConvexBalance::SymmetricMatrix ConvexBalance::sliding_curvature() const noexcept {
   SymmetricMatrix a{1.0, 0.0, 0.0, 1.0, 0.0, 1.0};
   for (size_t i = 0; i < line_count_; ++i) {
     const Line& line = lines_[i];
-    const Real length = glm::length(line.settled_offset);
-    if (line.active || !(length > Real(0))) continue;
-    const Real c = line.reach / length;
-    const Vec o = line.settled_offset / length, q = line.q;
+    const double length = glm::length(line.settled_offset);
+    if (line.active || !(length > 0.0)) continue;
+    const double c = line.reach / length;
+    const glm::dvec3 o = line.settled_offset / length, q = line.q;
     a.xx += c * (1 - q.x * q.x - o.x * o.x);
     a.xy -= c * (q.x * q.y + o.x * o.y);
     a.xz -= c * (q.x * q.z + o.x * o.z);
@@ -493,21 +473,20 @@ auto ConvexBalance<Real>::sliding_curvature() const noexcept -> SymmetricMatrix 
 }
 
 /// Whether every force is one that its primitive can give where the proxy would be.
-template <class Real>
-bool ConvexBalance<Real>::all_can() const noexcept {
+bool ConvexBalance::all_can() const noexcept {
   for (size_t i = 0; i < plane_count_; ++i) {
     const Plane& plane = planes_[i];
-    const Real height = plane.settled_height, force = plane.settled_force;
-    const bool can =
-        plane.active ? std::abs(height) <= plane.slack && force >= Real(0) && force <= plane.reach
-        : force > Real(0) ? height <= plane.slack
-                          : height >= -plane.slack;
+    const double height = plane.settled_height, force = plane.settled_force;
+    const bool can = plane.active
+                         ? std::abs(height) <= plane.slack && force >= 0.0 && force <= plane.reach
+                     : force > 0.0 ? height <= plane.slack
+                                   : height >= -plane.slack;
     if (!can) return false;
   }
   for (size_t i = 0; i < line_count_; ++i) {
     const Line& line = lines_[i];
-    const Real square = glm::dot(line.settled_offset, line.settled_offset);
-    const Real force = glm::dot(line.settled_force, line.settled_force);
+    const double square = glm::dot(line.settled_offset, line.settled_offset);
+    const double force = glm::dot(line.settled_force, line.settled_force);
     const bool can = line.active
                          ? square <= line.slack * line.slack && force <= line.reach * line.reach
                          : square > line.slack * line.slack;
@@ -516,17 +495,16 @@ bool ConvexBalance<Real>::all_can() const noexcept {
   return true;
 }
 
-template <class Real>
-bool ConvexBalance<Real>::settle() noexcept {
+bool ConvexBalance::settle() noexcept {
   struct ActiveDirection {
     Plane* plane;
     Line* line;
-    Vec along;
+    glm::dvec3 along;
   };
-  ActiveSpan<Real> span;
+  ActiveSpan span;
   std::array<ActiveDirection, 3> active{};
   bool repeats = false;
-  const auto hold = [&](Plane* plane, Line* line, Vec along) {
+  const auto hold = [&](Plane* plane, Line* line, glm::dvec3 along) {
     const auto at = size_t(span.count());
     if (span.add(along))
       active[at] = {plane, line, along};
@@ -540,20 +518,20 @@ bool ConvexBalance<Real>::settle() noexcept {
   for (size_t i = 0; i < line_count_; ++i) {
     lines_[i].settled_force = lines_[i].force;
     if (!lines_[i].active) continue;
-    Vec axes[3];
+    glm::dvec3 axes[3];
     const int count = across(lines_[i].q, axes);
     for (int a = 0; a < count; ++a) hold(nullptr, &lines_[i], axes[a]);
   }
 
   // To where they hold exactly, and along what is left free to where spring and forces balance.
-  Vec proxy = proxy_ + proxy_low_, rest(Real(0));
+  glm::dvec3 proxy = proxy_ + proxy_low_, rest(0.0);
   for (int step = 0;; ++step) {
     rest = settled_rest(proxy);
-    const Vec free_rest = span.outside(rest);
+    const glm::dvec3 free_rest = span.outside(rest);
     // Once there, only round-off is left, and to go on would stir it.
     if (step > 1 && glm::length(free_rest) <= tolerance_) break;
     if (step == kMostSteps) return false;
-    Real missing[3] = {};
+    double missing[3] = {};
     for (int k = 0; k < span.count(); ++k) {
       const ActiveDirection& h = active[size_t(k)];
       missing[k] = h.plane ? -h.plane->settled_height : -glm::dot(h.along, h.line->settled_offset);
@@ -566,11 +544,11 @@ bool ConvexBalance<Real>::settle() noexcept {
   // The forces that the active ones have to give for that. Where more are active than are
   // independent, their shares are not decided here: if it matters, the rounds must have come near
   // enough.
-  Real more[3] = {};
+  double more[3] = {};
   span.shares(rest, more);
   for (int k = 0; k < span.count(); ++k) {
     ActiveDirection& h = active[size_t(k)];
-    if (repeats && shares_matter_ && !(std::abs(more[k]) * stiffness_ <= Real(0.1 * kResidualN)))
+    if (repeats && shares_matter_ && !(std::abs(more[k]) * stiffness_ <= 0.1 * kResidualN))
       return false;
     if (h.plane)
       h.plane->settled_force += more[k];
@@ -579,35 +557,34 @@ bool ConvexBalance<Real>::settle() noexcept {
   }
   if (!all_can()) return false;
   rest = settled_rest(proxy);
-  if (!(glm::length(rest) * stiffness_ <= Real(0.5 * kResidualN))) return false;
+  if (!(glm::length(rest) * stiffness_ <= 0.5 * kResidualN)) return false;
   rest_ = rest;
   proxy_ = proxy;
-  proxy_low_ = Vec(Real(0));
+  proxy_low_ = glm::dvec3(0.0);
   for (size_t i = 0; i < plane_count_; ++i) planes_[i].force = planes_[i].settled_force;
   for (size_t i = 0; i < line_count_; ++i) lines_[i].force = lines_[i].settled_force;
   return true;
 }
 
 /// As settle(), with the active set of the last time, from where its forces would take the proxy.
-template <class Real>
-bool ConvexBalance<Real>::settle_as(const BalanceHint::Stage& hint) noexcept {
+bool ConvexBalance::settle_as(const BalanceHint::Stage& hint) noexcept {
   if (hint.planes != int(plane_count_) || hint.lines != int(line_count_)) return false;
-  const Vec before = proxy_;
-  std::array<std::pair<Real, bool>, PrimitiveSet::kCapacity> planes_before;
-  std::array<std::pair<Vec, bool>, 2 * PrimitiveSet::kCapacity> lines_before;
-  Vec proxy = probe_;
+  const glm::dvec3 before = proxy_;
+  std::array<std::pair<double, bool>, PrimitiveSet::kCapacity> planes_before;
+  std::array<std::pair<glm::dvec3, bool>, 2 * PrimitiveSet::kCapacity> lines_before;
+  glm::dvec3 proxy = probe_;
   for (size_t i = 0; i < plane_count_; ++i) {
     Plane& plane = planes_[i];
     planes_before[i] = {plane.force, plane.active};
     plane.active = hint.plane_active[i];
     const bool all = !plane.active && hint.plane_n[i] > 0.0;
-    plane.force = all ? plane.reach : std::min<Real>(hint.plane_n[i] / stiffness_, plane.reach);
+    plane.force = all ? plane.reach : std::min(hint.plane_n[i] / stiffness_, plane.reach);
     proxy += plane.force * plane.q;
   }
   for (size_t i = 0; i < line_count_; ++i) {
     lines_before[i] = {lines_[i].force, lines_[i].active};
     lines_[i].active = hint.line_active[i];
-    lines_[i].force = Vec(hint.line_n[i]) / stiffness_;
+    lines_[i].force = hint.line_n[i] / stiffness_;
     proxy += lines_[i].force;
   }
   proxy_ = proxy;
@@ -620,32 +597,17 @@ bool ConvexBalance<Real>::settle_as(const BalanceHint::Stage& hint) noexcept {
   return false;
 }
 
-template <class Real>
-void ConvexBalance<Real>::remember(BalanceHint::Stage& hint) const noexcept {
+void ConvexBalance::remember(BalanceHint::Stage& hint) const noexcept {
   hint.planes = int(plane_count_);
   hint.lines = int(line_count_);
   for (size_t i = 0; i < plane_count_; ++i) {
     hint.plane_active[i] = planes_[i].active;
-    hint.plane_n[i] = double(planes_[i].force * stiffness_);
+    hint.plane_n[i] = planes_[i].force * stiffness_;
   }
   for (size_t i = 0; i < line_count_; ++i) {
     hint.line_active[i] = lines_[i].active;
-    hint.line_n[i] = glm::dvec3(lines_[i].force * stiffness_);
+    hint.line_n[i] = lines_[i].force * stiffness_;
   }
 }
-
-// The class is instantiated where the rounds are; these members are here.
-template auto ConvexBalance<double>::settled_rest(Vec) noexcept -> Vec;
-template auto ConvexBalance<double>::sliding_curvature() const noexcept -> SymmetricMatrix;
-template bool ConvexBalance<double>::all_can() const noexcept;
-template bool ConvexBalance<double>::settle() noexcept;
-template bool ConvexBalance<double>::settle_as(const BalanceHint::Stage&) noexcept;
-template void ConvexBalance<double>::remember(BalanceHint::Stage&) const noexcept;
-template auto ConvexBalance<long double>::settled_rest(Vec) noexcept -> Vec;
-template auto ConvexBalance<long double>::sliding_curvature() const noexcept -> SymmetricMatrix;
-template bool ConvexBalance<long double>::all_can() const noexcept;
-template bool ConvexBalance<long double>::settle() noexcept;
-template bool ConvexBalance<long double>::settle_as(const BalanceHint::Stage&) noexcept;
-template void ConvexBalance<long double>::remember(BalanceHint::Stage&) const noexcept;
 
 }  // namespace palpate

@@ -16,8 +16,8 @@
 namespace palpate::test {
 namespace {
 
-/// Twice: a set that is not solved in double precision is solved again with more digits.
-constexpr int kMaxIterations = 2 * ConvexBalance<double>::kMaxIterations;
+/// More are counted as so many.
+constexpr int kMaxIterations = 2 * ConvexBalance::kMaxIterations;
 
 /// Sum over primitives of strength times the round-off of places that balance_check.h allows: the
 /// uncertainty of Phi, in J.
