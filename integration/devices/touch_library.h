@@ -7,8 +7,8 @@
 
 #include "module/haptics/device.h"
 
-/// The library below a Touch: HD, the lower half of OpenHaptics 3, as its reference describes it.
-/// Names and numbers are from that reference; its headers are not used.
+/// The library below a Touch: HD, the lower half of OpenHaptics 3, as public programs and bindings
+/// use it. Names and numbers are from there; neither its headers nor its reference were at hand.
 namespace palpate::devices::hd {
 
 // Types of its functions, on Linux with 64 bits.
