@@ -87,7 +87,7 @@ class TouchFrames {
     if (count_++ % kFramesOfALook == 0) look();
     read(frame.answer);
     const glm::dvec3 force_n = force_to_send();
-    library_.set_doubles(hd::kForce_n, &force_n.x);
+    library_.set_doubles(hd::kForce, &force_n.x);
     library_.end_frame(device_);
     judge(worse(at_begin, library_.take_errors()), frame.answer);
     if (order_.ends) {
@@ -115,20 +115,18 @@ class TouchFrames {
       if (library_.take_errors().fault == DeviceFault::kNone && given)
         std::strncpy(text.data(), given, text.size() - 1);
     };
-    if (!ask(hd::kMaxForce_n, &facts_.max_force_n)) facts_.max_force_n = 0.0;
-    if (!ask(hd::kMaxContinuousForce_n, &facts_.continuous_force_n))
-      facts_.continuous_force_n = 0.0;
-    if (!ask(hd::kMaxStiffness_n_per_mm, &facts_.stiffness_n_per_mm))
-      facts_.stiffness_n_per_mm = 0.0;
-    if (!ask(hd::kWorkspace_mm, facts_.workspace_mm.data())) facts_.workspace_mm = {};
+    if (!ask(hd::kMaxForce, &facts_.max_force_n)) facts_.max_force_n = 0.0;
+    if (!ask(hd::kMaxContinuousForce, &facts_.continuous_force_n)) facts_.continuous_force_n = 0.0;
+    if (!ask(hd::kMaxStiffness, &facts_.stiffness_n_per_mm)) facts_.stiffness_n_per_mm = 0.0;
+    if (!ask(hd::kWorkspace, facts_.workspace_mm.data())) facts_.workspace_mm = {};
     facts_.has_temperatures = ask(hd::kMotorTemperatures, temperatures_.data());
     std::array<double, 16> unused{};
     facts_.has_rotation =
-        ask(hd::kTransform_mm, unused.data()) && ask(hd::kAngularVelocity_rad_per_s, unused.data());
+        ask(hd::kTransform, unused.data()) && ask(hd::kAngularVelocity, unused.data());
     ask_number(hd::kInputDof, facts_.input_dof);
     ask_number(hd::kOutputDof, facts_.output_dof);
     ask_number(hd::kCalibrationStyles, facts_.styles);
-    ask_number(hd::kUpdateRate_hz, facts_.update_rate_hz);
+    ask_number(hd::kUpdateRate, facts_.update_rate_hz);
     ask_text(hd::kVendor, facts_.vendor);
     ask_text(hd::kModel, facts_.model);
     library_.enable(hd::kForceClamping);
@@ -175,16 +173,15 @@ class TouchFrames {
   /// Where the pen is, how it is held, and what is pressed.
   void read(LinkAnswer& answer) noexcept {
     glm::dvec3 position_mm(std::nan(""));
-    library_.get_doubles(hd::kPosition_mm, &position_mm.x);
+    library_.get_doubles(hd::kPosition, &position_mm.x);
     // Its axes are palpate's: x right, y up, z towards the user.
     answer.position_m = 1e-3 * position_mm;
     if (facts_.has_rotation) {
       glm::dmat4 device_from_pen(1.0);
-      library_.get_doubles(hd::kTransform_mm, &device_from_pen[0].x);
+      library_.get_doubles(hd::kTransform, &device_from_pen[0].x);
       // The pen's own z goes from its tip along its shaft.
       answer.grip.device_from_grip = glm::quat_cast(glm::dmat3(device_from_pen));
-      library_.get_doubles(hd::kAngularVelocity_rad_per_s,
-                           &answer.grip.angular_velocity_rad_per_s.x);
+      library_.get_doubles(hd::kAngularVelocity, &answer.grip.angular_velocity_rad_per_s.x);
       answer.grip.turns = true;
     }
     int buttons = 0;

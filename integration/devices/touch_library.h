@@ -31,21 +31,21 @@ enum HdQuery : unsigned {
   kButtons = 0x2000,
   kSafetySwitch = 0x2001,
   kInkwellSwitch = 0x2002,
-  kPosition_mm = 0x2050,
-  kTransform_mm = 0x2052,  ///< of the pen's end, 16 numbers by columns
-  kAngularVelocity_rad_per_s = 0x2053,
+  kPosition = 0x2050,
+  kTransform = 0x2052,  ///< of the pen's end, 16 numbers by columns
+  kAngularVelocity = 0x2053,
   kModel = 0x2501,
   kVendor = 0x2503,
-  kWorkspace_mm = 0x2551,  ///< usable: the least x, y, z, then the most
+  kWorkspace = 0x2551,  ///< usable: the least x, y, z, then the most
   kInputDof = 0x2553,
   kOutputDof = 0x2554,
   kCalibrationStyles = 0x2555,
-  kUpdateRate_hz = 0x2600,
-  kMaxStiffness_n_per_mm = 0x2602,
-  kMaxForce_n = 0x2603,
-  kMaxContinuousForce_n = 0x2604,
+  kUpdateRate = 0x2600,
+  kMaxStiffness = 0x2602,
+  kMaxForce = 0x2603,
+  kMaxContinuousForce = 0x2604,
   kMotorTemperatures = 0x2605,  ///< 0 is coldest, 1 is warmest
-  kForce_n = 0x2700,
+  kForce = 0x2700,
 };
 
 /// What can be switched on and off.

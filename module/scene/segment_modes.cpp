@@ -18,9 +18,10 @@ double half_thickness_mm(double force_n, double spring_n_per_m, double wall_n_pe
 WallHold wall_hold(const FrameData& distance, const SegmentSpec& segment, double spring_n_per_m,
                    double scale) {
   constexpr size_t kPlaces = 800;
-  constexpr double kStepsOfDetail = 2.0;
+  constexpr double kStepsOfDetail = 2.0, kWalkOfDetail = 0.2;
   const glm::dvec3 low = distance.low_m(), extent = distance.high_m() - low;
   const double step_m = kStepsOfDetail * distance.detail_m();
+  const double walk_m = kWalkOfDetail * distance.detail_m();
   const glm::ivec3 n = glm::max(glm::ivec3(extent / step_m), glm::ivec3(1));
 
   // Places near the border, moved onto it.
@@ -45,13 +46,13 @@ WallHold wall_hold(const FrameData& distance, const SegmentSpec& segment, double
   for (size_t p = 0; p < places.size(); p += 1 + places.size() / kPlaces) {
     glm::dvec3 x = places[p];
     double depth_m = 0.0;
-    for (double way_m = 0.0; way_m < 2.0 * enough_m; way_m += 0.25 * step_m) {
+    for (double way_m = 0.0; way_m < 2.0 * enough_m; way_m += walk_m) {
       const ScalarSample here = distance.scalar_and_gradient(x);
       if (1e-3 * here.value < depth_m - 0.25 * step_m) break;  // behind the middle
       depth_m = std::max(depth_m, 1e-3 * here.value);
       const double steep = glm::length(here.gradient);
       if (depth_m >= enough_m || !(steep > 0.0)) break;
-      x += 0.25 * step_m * here.gradient / steep;
+      x += walk_m * here.gradient / steep;
     }
     depths_m.push_back(depth_m);
   }
