@@ -12,9 +12,10 @@ namespace {
 
 constexpr double kOnFaces = 0.5, kOnFacesAcross = 0.9;
 constexpr double kFillsHull = 0.93;
-constexpr double kOpening = 1.5;  // samples
-constexpr int kRim = 2;           // samples
-constexpr int kHullSides = 300;   // planes that bound the hull: it is up to 0.2 % larger than exact
+constexpr double kOfTheGrid = 0.9;  // its extent along each axis
+constexpr double kOpening = 1.5;    // samples
+constexpr int kRim = 2;             // samples
+constexpr int kHullSides = 300;  // planes that bound the hull: it is up to 0.2 % larger than exact
 
 /// Calls work(offset, axis) for each sample on each face; a sample at an edge is on several.
 template <class Work>
@@ -120,6 +121,21 @@ std::vector<uint8_t> hull_of(const Grid& grid, const std::vector<uint8_t>& count
   return hull;
 }
 
+/// Whether what counts goes from end to end of the grid, but for a few samples.
+bool spans_grid(const Grid& grid, const std::vector<uint8_t>& counts) {
+  const glm::ivec3 n = grid.size;
+  glm::ivec3 low = n, high(-1);
+  size_t v = 0;
+  for (int k = 0; k < n.z; ++k)
+    for (int j = 0; j < n.y; ++j)
+      for (int i = 0; i < n.x; ++i, ++v)
+        if (counts[v]) {
+          low = glm::min(low, glm::ivec3(i, j, k));
+          high = glm::max(high, glm::ivec3(i, j, k));
+        }
+  return glm::all(glm::greaterThanEqual(glm::dvec3(high - low + 1), kOfTheGrid * glm::dvec3(n)));
+}
+
 }  // namespace
 
 void NoDataFinder::add(const Volume& frame) {
@@ -150,7 +166,7 @@ std::optional<Mask> NoDataFinder::found() const {
   if (double(on[0] + on[1] + on[2]) < kOnFaces * double(all[0] + all[1] + all[2]) && across < 2)
     return std::nullopt;
 
-  // What is connected to the faces, when opened.
+  // What is connected to the faces, when opened: of the hull it takes what is no dark tissue.
   const std::vector<uint8_t> open = by_a_ball(grid_, by_a_ball(grid_, constant_, false), true);
   std::vector<uint8_t> outside(open.size(), 0);
   std::vector<size_t> next;
@@ -166,16 +182,17 @@ std::optional<Mask> NoDataFinder::found() const {
     beside(grid_, v, reach);
   }
 
-  // Outside the hull of all others.
+  // All that is outside the hull of all others.
   std::vector<uint8_t> differs(constant_.size());
   std::transform(constant_.begin(), constant_.end(), differs.begin(), [](uint8_t c) { return !c; });
   const std::vector<uint8_t> hull = hull_of(grid_, differs);
+  if (!spans_grid(grid_, differs)) return std::nullopt;
   size_t in_hull = 0, filled = 0, found = 0;
   Mask no_data{grid_, std::vector<uint8_t>(hull.size())};
   for (size_t v = 0; v < hull.size(); ++v) {
     in_hull += hull[v];
     filled += hull[v] && !outside[v];
-    no_data.values[v] = outside[v] && !hull[v];
+    no_data.values[v] = constant_[v] && !hull[v];
     found += no_data.values[v];
   }
   if (found == 0 || in_hull == 0 || double(filled) < kFillsHull * double(in_hull))

@@ -12,12 +12,13 @@ namespace palpate {
 /// circle of reconstruction, of a crop. There a file holds one value (0, or padding) in all frames,
 /// which is no tissue.
 ///
-/// It is what has in all frames the value that is most frequent on the faces of the grid, is
-/// connected to the faces when opened by 1.5 voxels, and lies outside the convex hull of all other
-/// samples: dark tissue inside stays. None where that value is on less than half of the faces (and
-/// on less than nine tenths of those across each of two axes, as for a cylinder), and none where
-/// the others fill less than 93 % of their hull: that is an organ that was cut out, whose border is
-/// a true one.
+/// It is what has in all frames the value that is most frequent on the faces of the grid, and lies
+/// outside the convex hull of all other samples: dark tissue inside stays. None where that value is
+/// on less than half of the faces (and on less than nine tenths of those across each of two axes,
+/// as for a cylinder). None either where less than 93 % of the hull is left without what is
+/// connected to the faces (when opened by 1.5 voxels), or where the hull goes over less than nine
+/// tenths of the grid along an axis: that is an organ that was cut out, or a thing on black, whose
+/// border is a true one.
 class NoDataFinder {
  public:
   /// Takes the next frame; all have the same grid, of at least two samples along each axis.
