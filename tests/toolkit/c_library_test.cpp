@@ -260,6 +260,17 @@ TEST(CLibrary, FeelsFramesInMemory) {
   EXPECT_NEAR(state.proxy_m[2], 0.020, 0.5e-3);
   EXPECT_NEAR(hand.force_n[2], 600.0 * (state.proxy_m[2] - state.hand_m[2]), 0.02);
   EXPECT_NEAR(state.force_n[2], hand.force_n[2], 1e-12);
+  // What the spring asked for minus all that limiters hold back is the force.
+  EXPECT_EQ(state.limiter_count, 14U);
+  for (int a = 0; a < 3; ++a) {
+    double left_n = state.asked_n[a];
+    for (uint32_t k = 0; k < state.limiter_count; ++k) left_n -= state.limiters[k].held_n[a];
+    EXPECT_NEAR(left_n, state.force_n[a], 1e-9) << a;
+  }
+  std::set<std::string> words;
+  for (uint32_t k = 0; k < state.limiter_count; ++k) words.insert(state.limiters[k].word);
+  EXPECT_EQ(words.size(), state.limiter_count);
+  EXPECT_GT(state.asked_n[2], 0.5);
   EXPECT_EQ(state.volume_count, 1U);
   EXPECT_STREQ(state.cause, "");
   PAL_EXPECT_OK(pal_session_stop(opened.session));

@@ -449,6 +449,10 @@ def test_a_scene_is_felt_and_seen():
             force = session.tick((0.0, 0.0, max(0.03, 0.09 - 3e-5 * k)), at_ns)
         assert session.state["in_contact"] and np.linalg.norm(force) > 0.05
         assert session.state["ticks"] == 3000
+        state = session.state
+        assert len(state["held_n"]) == 14 and np.linalg.norm(state["asked_n"]) > 0.05
+        left_n = np.array(state["asked_n"]) - sum(np.array(held) for held in state["held_n"].values())
+        assert np.allclose(left_n, state["force_n"], rtol=0.0, atol=1e-9)
         picture = session.picture(width=160, height=120)
         assert picture.shape == (120, 160, 4) and picture.dtype == np.uint8
         assert picture[..., 3].max() == 255 and picture[..., 3].min() == 0
