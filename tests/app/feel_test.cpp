@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -11,6 +12,7 @@
 #include <thread>
 
 #include "integration/running/force_change.h"
+#include "module/haptics/force_ledger.h"
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 #include "tests/app/ticks.h"
@@ -48,6 +50,16 @@ TEST(Feel, PressesTheBeatingHeartAndDrawsWhatItFelt) {
     if (ticks.text(k, "cause") == "starting") at_start = std::max(at_start, ticks.force(k));
     touched |= ticks.text(k, "contact") == "1";
     EXPECT_EQ(ticks.text(k, "frozen"), "0") << "row " << k;
+    // The force, of which five digits are written, is what was asked less what limiters hold back.
+    for (const std::string axis : {"_x_n", "_y_n", "_z_n"}) {
+      double left_n = ticks.number(k, "asked" + axis);
+      for (size_t n = 0; n < kLimiters; ++n) {
+        std::string column = word(Limiter(n));
+        std::replace(column.begin(), column.end(), '-', '_');
+        left_n -= ticks.number(k, column + axis);
+      }
+      ASSERT_NEAR(left_n, ticks.number(k, "force" + axis), 5.1e-6) << "row " << k;
+    }
   }
   // The hand aims 14 mm deep and has a stiffness of 135 N/m: 1.9 N at rest, with a beating wall
   // below it.
