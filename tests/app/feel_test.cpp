@@ -398,19 +398,11 @@ TEST(Feel, GuidesTheHandAlongAFlowAndDrawsItsTubes) {
   for (const char* what : {"flow.mha", "flow.json"}) {
     const std::filesystem::path csv = folder / (std::string(what) + ".csv");
     const std::filesystem::path pictures = folder / (std::string(what) + "_pictures");
-    // Until the first picture is drawn, however long that takes.
-    Program drawn(feel(folder / what, {"--seconds", "600", "--headless", pictures.string(),
-                                       "--black-box", folder / "."}));
-    EXPECT_TRUE(wait_until(
-        [&] { return drawn.ended() || std::filesystem::exists(pictures / "view_1.png"); }));
-    drawn.signal(SIGINT);
-    const Outcome seen = drawn.wait();
-    EXPECT_EQ(seen.exit_code, 0) << seen.out << seen.err;
-    EXPECT_TRUE(std::filesystem::exists(pictures / "view_1.png")) << seen.out;
     const Outcome result =
-        run_computed(feel(folder / what, {"--seconds", "4", "--csv", csv.string(), "--headset",
-                                          "off", "--black-box", folder / "."}));
+        run_computed(feel(folder / what, {"--seconds", "4", "--csv", csv.string(), "--headless",
+                                          pictures.string(), "--black-box", folder / "."}));
     ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+    EXPECT_TRUE(std::filesystem::exists(pictures / "view_1.png")) << result.out;
     const Table table(csv);
     double along = 0.0, across = 0.0;
     for (size_t row = 0; row < table.size(); ++row) {
