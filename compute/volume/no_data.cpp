@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 
 namespace palpate {
@@ -121,6 +120,23 @@ std::vector<uint8_t> hull_of(const Grid& grid, const std::vector<uint8_t>& count
   return hull;
 }
 
+float most_frequent_on_faces(const Volume& frame) {
+  std::vector<float> values;
+  on_faces(frame.grid, [&](size_t v, int) { values.push_back(frame.values[v]); });
+  std::sort(values.begin(), values.end());
+  float most = 0.0F;
+  std::ptrdiff_t longest = 0;
+  for (auto run = values.begin(); run != values.end();) {
+    const auto end = std::upper_bound(run, values.end(), *run);
+    if (end - run > longest) {
+      longest = end - run;
+      most = *run;
+    }
+    run = end;
+  }
+  return most;
+}
+
 /// Whether what counts goes from end to end of the grid, but for a few samples.
 bool spans_grid(const Grid& grid, const std::vector<uint8_t>& counts) {
   const glm::ivec3 n = grid.size;
@@ -141,12 +157,7 @@ bool spans_grid(const Grid& grid, const std::vector<uint8_t>& counts) {
 void NoDataFinder::add(const Volume& frame) {
   if (constant_.empty()) {
     grid_ = frame.grid;
-    std::map<float, size_t> counts;
-    on_faces(grid_, [&](size_t v, int) { ++counts[frame.values[v]]; });
-    const auto most =
-        std::max_element(counts.begin(), counts.end(),
-                         [](const auto& a, const auto& b) { return a.second < b.second; });
-    value_ = most->first;
+    value_ = most_frequent_on_faces(frame);
     constant_.assign(frame.values.size(), 1);
   }
   for (size_t v = 0; v < constant_.size(); ++v)

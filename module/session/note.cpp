@@ -62,8 +62,8 @@ std::string note_text(const Note& note) {
                   : "");
     case NoteKind::kNoData:
       return fmt::format(
-          "{:.0f} % of the volume hold no data (one value in all frames, outside of what was "
-          "scanned): their border is {}.",
+          "{:.0f} % of the volume lies outside of what was scanned (one value in all frames): the "
+          "border of the data is {}.",
           100.0 * n.at(0), words.at(0));
     case NoteKind::kRidgeWall:
       return derived_text("where the values rise most steeply", n.data());

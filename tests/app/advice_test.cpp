@@ -52,8 +52,8 @@ TEST(Advice, LeavesNotesAsTheyAreThatNoOptionChanges) {
        "Notches below 18 mm are filled, and what is thinner than 12 mm is left out: it would not "
        "hold a hand."},
       {{NoteKind::kNoData, {0.42}, {"no wall"}},
-       "42 % of the volume hold no data (one value in all frames, outside of what was scanned): "
-       "their border is no wall."},
+       "42 % of the volume lies outside of what was scanned (one value in all frames): the border "
+       "of the data is no wall."},
       {{NoteKind::kRidgeWall, {3.0, 2.0, 0.05}, {}},
        "The wall to feel is derived from the values: where the values rise most steeply, in frame "
        "3 smoothed by 2 mm. A hand that strokes it comes to an end at 5 % of its places."},

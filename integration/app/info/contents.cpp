@@ -139,8 +139,8 @@ void describe_no_data(Contents& contents) {
   }
   if (found)
     contents.more.emplace_back(
-        "Outside", fmt::format("{:.0f} % of the voxels hold no data: one value in all frames, "
-                               "outside of what was scanned",
+        "Outside", fmt::format("{:.0f} % of the voxels lie outside of what was scanned: one value "
+                               "in all frames",
                                100.0 * share_of(*found)));
 }
 
