@@ -17,7 +17,7 @@ constexpr double kFarthest_m = 0.030;  // search distance for surfaces
 constexpr double kGrid_m = 0.004;      // spacing of the start positions inside
 constexpr double kCoarse_m = 0.001;
 constexpr double kAside_m = 0.003;  // that a pressing hand may creep
-constexpr double kPress_n = 2.0;
+constexpr double kPress_n = 2.0, kTouch_n = 0.05;
 constexpr int kAround = 8;
 constexpr double kSquarely = 0.8;  // cosine between the direction of a press and a wall's normal
 
@@ -83,19 +83,26 @@ class Surfaces {
     return most_n;
   }
 
-  /// Whether the wall holds a press, also a little aside of the place: the hand falls through where
-  /// there is a notch beside it.
+  /// Whether the wall holds a press, also a little aside of the place (the hand falls through where
+  /// there is a notch beside it), and there is nothing in front of it.
   bool holds_around(const devices::PathPlace& place) const {
     const glm::dvec3 out = place.outward;
     const glm::dvec3 along = glm::normalize(
         glm::cross(out, std::abs(out.z) < 0.8 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0)));
     const glm::dvec3 across = glm::cross(out, along);
+    // From somewhere near the surface on it must be strong for as long as the spring is.
     const auto holds = [&](glm::dvec3 at) {
-      const double deepest_m = kAside_m + kPress_n / spring_n_per_m_;
-      for (double deep_m = -kAside_m; deep_m < deepest_m; deep_m += kStep_m)
-        if (newtons_at(at - deep_m * out) >= kPress_n) return true;
+      const double spring_m = kPress_n / spring_n_per_m_;
+      double strong_m = 0.0;
+      for (double deep_m = -kAside_m; deep_m < kAside_m + spring_m; deep_m += kStep_m) {
+        strong_m = newtons_at(at - deep_m * out) >= kPress_n ? strong_m + kStep_m : 0.0;
+        if (strong_m >= spring_m) return true;
+      }
       return false;
     };
+    // Before it there must be room for the hand, also along the normal.
+    for (double way_m = kRoom_m; way_m <= place.clearance_m + kRoom_m; way_m += kStep_m)
+      if (newtons_at(place.surface_m + way_m * out) > kTouch_n) return false;
     if (!holds(place.surface_m)) return false;
     for (int d = 0; d < kAround; ++d) {
       const double angle = 2.0 * std::numbers::pi * d / kAround;
