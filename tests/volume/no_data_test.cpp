@@ -118,6 +118,13 @@ TEST(NoData, IsNotTheBlackAroundAnOrgan) {
     return glm::distance(x, {15.0, 24.0, 24.0}) < 9.5 || glm::distance(x, {33.0, 24.0, 24.0}) < 9.5;
   };
   EXPECT_FALSE(found_in(scanned(organ, 0.0)));
+  // The same, cropped tightly.
+  const Inside cropped = [](glm::dvec3 x) {
+    const glm::dvec3 half(12.0, 24.0, 24.0);
+    return glm::length((x - glm::dvec3(11.5, 23.5, 23.5)) / half) < 1.0 ||
+           glm::length((x - glm::dvec3(35.5, 23.5, 23.5)) / half) < 1.0;
+  };
+  EXPECT_FALSE(found_in(scanned(cropped, 0.0)));
   // A ball has no cleft, but the grid has room around it.
   const Inside ball = [](glm::dvec3 x) { return glm::distance(x, glm::dvec3(23.5)) < 20.0; };
   EXPECT_FALSE(found_in(scanned(ball, 0.0)));
