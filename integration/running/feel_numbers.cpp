@@ -35,7 +35,6 @@ void FeelCounter::add(const TickRow& row, const ForceLedger& ledger, double hand
   sums_.frozen += row.frozen;
   count_cause(sums_, row);
   sums_.hand_work_j = hand_work_j;
-  sums_.unexplained_n = std::max(sums_.unexplained_n, glm::distance(ledger.left_n(), row.force_n));
   for (size_t k = 0; k < kLimiters; ++k) {
     const double held_n = glm::length(ledger.held_n[k]);
     held_[k].limiter = Limiter(k);

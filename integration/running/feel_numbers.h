@@ -57,8 +57,6 @@ struct FeelNumbers {
   uint64_t frozen = 0;            ///< ticks whose motion could not be inverted
   std::vector<CauseTime> causes;  ///< all but none, longest first
   double hand_work_j = 0.0;       ///< that all forces did on the hand
-  /// the largest part of the spring's force that no limiter accounts for; 0 but for rounding
-  double unexplained_n = 0.0;
   std::vector<LimiterTime> held;  ///< those with some seconds, in the order of the limiters
 };
 
