@@ -64,6 +64,10 @@ Status Delivery::take(const EstimatedPair& pair) {
   for (auto* points : {&everywhere_, &where_structure_})
     if (*points) (*points)->follow(field);
   if (const Status drawn = draw(pair, field, now.names.picture); !drawn) return drawn;
+  if (options_.page) {
+    options_.page->add_frame(*pair.fixed);
+    options_.page->add_step(motion.field, motion.confidence);
+  }
   tell(now);
   delivered_.push_back(std::move(now));
   return Nothing{};
@@ -142,6 +146,17 @@ Verdict Delivery::verdict() const {
     add(whole, judged(pair.evidence), fmt::format("Frame {} to {}", pair.fixed, pair.moving));
   }
   return whole;
+}
+
+std::vector<MotionPage::FrameCurve> Delivery::curves() const {
+  std::vector<MotionPage::FrameCurve> curves = {
+      {"Motion to the next frame (mm)", "mean", {}},
+      {"Motion to the next frame (mm)", "95th percentile", {}}};
+  for (const Delivered& pair : delivered_) {
+    curves[0].y.push_back(pair.motion_mm.mean);
+    curves[1].y.push_back(pair.motion_mm.p95);
+  }
+  return curves;
 }
 
 nlohmann::json Delivery::pairs() const {

@@ -8,6 +8,7 @@
 
 #include "compute/motion/verdict.h"
 #include "integration/app/estimation.h"
+#include "integration/app/motion_page.h"
 #include "integration/app/outputs.h"
 #include "integration/app/summary.h"
 
@@ -28,6 +29,7 @@ struct DeliveryOptions {
   bool cyclic = false;
   std::string ordered_by;      ///< what gives the order of the frames, for people
   const Mask* mask = nullptr;  ///< on the frames' grid
+  MotionPage* page = nullptr;  ///< gets all frames and steps; null: none
 };
 
 /// Takes each estimated pair: writes, judges and draws it, and prints a line about it. One thread
@@ -47,6 +49,9 @@ class Delivery {
   const Evidence& evidence() const { return delivered_.back().evidence; }
   /// The longest time for a pair, s.
   double slowest_s() const;
+
+  /// What a page draws over the fixed frames of all pairs.
+  std::vector<MotionPage::FrameCurve> curves() const;
 
   /// One object per pair: frames, files, motion, cost, evidence, verdict.
   nlohmann::json pairs() const;

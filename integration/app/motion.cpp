@@ -10,6 +10,7 @@
 #include "integration/app/delivery.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/gpu.h"
+#include "integration/app/motion_page.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/overwrite.h"
 #include "integration/app/sequence_output.h"
@@ -22,6 +23,7 @@
 #include "integration/files/sentences.h"
 #include "integration/files/sequence_motion_file.h"
 #include "integration/running/session_options.h"
+#include "integration/web/web_page.h"
 
 namespace palpate::app {
 namespace {
@@ -38,6 +40,7 @@ struct MotionCommand {
   std::string within, most_error;  ///< deadline or error by which to choose the setting
   std::string format = "mha";
   fs::path mask;
+  fs::path page;
   DeviceOptions device;
   int iterations = 0;
   int levels = 0;
@@ -144,6 +147,12 @@ Status check_output_name(const MotionCommand& command) {
   return files::check_can_write_folder(command.output);
 }
 
+/// The same for the page.
+Status check_page(const MotionCommand& command) {
+  if (command.page.empty()) return Nothing{};
+  return web::check_can_write_page(command.page);
+}
+
 /// No output file may be an input, or lie among the listed frames: the next run on the same folder
 /// would take the fields for frames.
 Status check_names(const MotionCommand& command, size_t frame_count) {
@@ -167,6 +176,7 @@ Status check_names(const MotionCommand& command, size_t frame_count) {
       if (!name.empty()) outputs.push_back(folder / name);
   }
   if (!command.is_pair()) outputs.push_back(folder / kSummaryName);
+  if (!command.page.empty()) outputs.push_back(command.page);
   const fs::path whole = folder / files::kSequenceMotionName;
   if (command.is_whole(frame_count)) {
     outputs.push_back(whole);
@@ -251,11 +261,30 @@ int conclude(const MotionCommand& command, double slowest_s, const std::optional
   return exit_code(verdict->trust);
 }
 
+/// What the page says of every run; the summary has the same numbers for programs.
+MotionPage::PageWords page_words(const MotionCommand& command, const std::string& preset,
+                                 const Frames& frames, const vulkan::Context& context) {
+  MotionPage::PageWords words;
+  words.title = "Motion of " + files::sequence_name(command.inputs);
+  words.subtitle = files::frames_text(frames);
+  words.times_s = frames.times_s;
+  if (command.cyclic && frames.times_s.size() > 1) words.cycle_s = cycle_of(frames.times_s);
+  words.facts = {{"Frames", files::frames_text(frames)},
+                 {"Preset", preset},
+                 {"Device", context.info().name},
+                 {"Program", "palpate " PALPATE_VERSION},
+                 {"Fields", command.output.string()}};
+  for (const std::string& note : frames.notes) words.facts.push_back({"Note", note});
+  return words;
+}
+
 /// Results of a run before anything is published.
 struct MotionResults {
   nlohmann::json summary;
   std::optional<Verdict> verdict;
   double slowest_s = 0.0;  ///< of all pairs
+  std::optional<MotionPage> page;
+  MotionPage::PageWords words;  ///< of the page
 };
 
 /// Fields of consecutive frames; each is written and judged while the next one is estimated.
@@ -275,12 +304,26 @@ Result<MotionResults> find_pairs(const MotionCommand& command, const std::string
   options.cyclic = command.cyclic;
   options.ordered_by = frames.ordered_by;
   options.mask = estimator.mask ? &*estimator.mask : nullptr;
+  MotionResults found;
+  if (!command.page.empty()) options.page = &found.page.emplace(frames.grid, frames.count);
   Delivery delivery(options, outputs, console);
+  std::shared_ptr<const Volume> last;
   Status done = estimate(
-      context, job, [&](EstimatedPair pair) { return delivery.take(pair); }, console, stop);
+      context, job,
+      [&](EstimatedPair pair) {
+        last = pair.moving;
+        return delivery.take(pair);
+      },
+      console, stop);
   if (done) done = delivery.close_cycle();
   if (!done) return done.error();
-  MotionResults found;
+  if (found.page) {
+    // In a cycle the last pair leads back to the first frame, which is there already.
+    if (!command.cyclic) found.page->add_frame(resampled(*last, frames.grid));
+    found.words = page_words(command, preset, frames, *context);
+    if (command.is_pair()) found.words.names = {"fixed", "moving"};
+    if (!command.is_pair()) found.words.curves = delivery.curves();
+  }
   found.summary = summary_of(command, preset, frames, *context, delivery);
   found.slowest_s = delivery.slowest_s();
   if (options.judge) found.verdict = delivery.verdict();
@@ -290,6 +333,26 @@ Result<MotionResults> find_pairs(const MotionCommand& command, const std::string
 std::string sequence_text(const SequenceMotion& motion, double seconds) {
   return fmt::format("Motion    one for all {} frames, reference frame {}, {}, {:.1f} s",
                      motion.frames(), motion.reference, time_text(motion.basis), seconds);
+}
+
+/// What a page draws over the frames: how far all are from the reference, and how well they match.
+std::vector<MotionPage::FrameCurve> curves_of(const SequenceEvidence& evidence) {
+  const std::string motion = fmt::format("Motion from frame {} (mm)", evidence.reference);
+  const std::string match = "Local correlation with the reference";
+  std::vector<MotionPage::FrameCurve> curves = {{motion, "mean", {}},
+                                                {motion, "95th percentile", {}},
+                                                {match, "before", {}},
+                                                {match, "after", {}}};
+  for (size_t k = 0; k < evidence.frames.size(); ++k) {
+    const FrameEvidence& frame = evidence.frames[k];
+    // The reference is not compared with itself.
+    const bool compared = frame.evidence.match && k != evidence.reference;
+    curves[0].y.push_back(frame.motion_mm.mean);
+    curves[1].y.push_back(frame.motion_mm.p95);
+    curves[2].y.push_back(compared ? frame.evidence.match->correlation_before : NAN);
+    curves[3].y.push_back(compared ? frame.evidence.match->correlation_after : NAN);
+  }
+  return curves;
 }
 
 /// One motion for all frames, then what follows from it.
@@ -339,6 +402,17 @@ Result<MotionResults> find_whole(const MotionCommand& command, const std::string
   found.summary = summary_of(command, preset, frames, *context);
   found.summary["sequence"] = written->files;
   found.summary["sequence"]["seconds"] = took.count();
+  if (!command.page.empty()) {
+    found.page.emplace(frames.grid, frames.count);
+    for (size_t k = 0; k < frames.count; ++k) {
+      found.page->add_frame((*kept)[k]);
+      const bool has_next = motion->basis.cycle_s > 0.0 || k + 1 < frames.count;
+      if (has_next) found.page->add_step(consecutive_field(*motion, k), step_confidence[k]);
+    }
+    found.words = page_words(command, preset, frames, *context);
+    found.words.cycle_s = motion->basis.cycle_s;
+    found.words.facts.push_back({"Motion", sequence_text(*motion, took.count())});
+  }
   if (command.no_verdict) return found;
   auto evidence = examined(
       *motion, *kept, report.confidence, output.mask,
@@ -350,6 +424,7 @@ Result<MotionResults> find_whole(const MotionCommand& command, const std::string
   found.verdict = judged(*evidence);
   found.summary["evidence"] = json_of(*evidence);
   if (evidence->drift) console.say(cycle_text({*evidence->drift, {}}));
+  found.words.curves = curves_of(*evidence);
   found.summary["verdict"] = json_of(*found.verdict);
   return found;
 }
@@ -361,6 +436,7 @@ int run(const MotionCommand& command) {
   if (!motion) return fail(console, motion.error());
   if (const Status wish = check_wish(command); !wish) return fail(console, wish.error());
   if (const Status name = check_output_name(command); !name) return fail(console, name.error());
+  if (const Status page = check_page(command); !page) return fail(console, page.error());
   const auto open_frames = [&]() -> Result<Frames> {
     auto opened = command.is_pair()
                       ? files::open_pair(command.inputs[0], command.inputs[1], command.nan_as)
@@ -414,7 +490,7 @@ int run(const MotionCommand& command) {
                                  bytes_to_write(command, *frames));
     if (!outputs) return fail(console, outputs.error());
     const auto find = command.is_whole(frames->count) ? find_whole : find_pairs;
-    const auto found =
+    auto found =
         find(command, preset, *frames, *context, estimator, *outputs, console, cancel.token());
     if (!found) return fail(console, found.error());
     // A result that is not good enough is not written if there is a better setting.
@@ -427,6 +503,11 @@ int run(const MotionCommand& command) {
     Status done = Nothing{};
     if (!command.is_pair()) done = write_summary(*outputs, found->summary);
     if (done) done = outputs->publish();
+    if (done && found->page) {
+      found->words.verdict = found->verdict ? &*found->verdict : nullptr;
+      done = found->page->write(found->words, command.page);
+      if (done) console.say(fmt::format("Wrote     {}", command.page.string()));
+    }
     if (!done) return fail(console, done.error());
     return conclude(command, found->slowest_s, found->verdict, found->summary, console);
   }
@@ -509,12 +590,19 @@ Command add_motion(CLI::App& program) {
                 "Also write how far to trust each voxel, 0..1");
   app->add_flag("--coarse", command->coarse, "Write on the solved grid instead of the image's");
   app->add_flag("--pictures", command->pictures, "Also draw each pair (PNG)");
+  app->add_option(
+         "--page", command->page,
+         "Also write a page for browsers (.html): frames that play, motion, confidence and "
+         "change of volume over them, verdict and numbers, in one file that needs no "
+         "network")
+      ->type_name("FILE");
   app->add_flag("--no-verdict", command->no_verdict, "Do not check the fields (faster)");
   app->add_flag("--json", command->json, "Print the summary as JSON on stdout, lines on stderr");
   app->add_flag("--quiet", command->quiet, "Print errors and bad verdicts only");
   add_expert_options(*app, *command);
   add_wishes(*app, *command);
-  return {app, [command] { return run(*command); }, {"inputs", "--mask"}, {"--output"}, {}};
+  return {
+      app, [command] { return run(*command); }, {"inputs", "--mask"}, {"--output", "--page"}, {}};
 }
 
 }  // namespace palpate::app

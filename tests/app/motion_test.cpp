@@ -11,6 +11,7 @@
 #include "compute/motion/quality.h"
 #include "integration/files/read_volume.h"
 #include "integration/files/sequence_motion_file.h"
+#include "integration/web/embedded.h"
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 #include "tests/files/dicom/dicom_files.h"
@@ -40,6 +41,18 @@ double error_on_the_wall(const Field& field, int fixed, int moving, int frames =
   return error ? error->voxels.mean : 1e9;
 }
 
+/// False where palpate was built without NiiVue, which could not be loaded then.
+bool writes_pages() {
+  return !web::embedded(web::Embedded::kNiiVue).empty();
+}
+
+/// What a page shows, which stands in it as JSON.
+nlohmann::json page_data(const std::filesystem::path& page) {
+  const std::string text = files::read_bytes(page), before = "id=\"palpate-data\">";
+  const size_t from = text.find(before) + before.size();
+  return nlohmann::json::parse(text.substr(from, text.find("</script>", from) - from));
+}
+
 TEST(MotionOfAPair, IsRightAndKeepsTheGeometryInEveryFormat) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;
@@ -64,8 +77,11 @@ TEST(MotionOfAPair, ComesWithInverseConfidenceAndPicture) {
   const Sequence heart = small_heart();
   const std::string fixed = written(heart.frames[0], folder / "fixed.mha");
   const std::string moving = written(heart.frames[1], folder / "moving.mha");
-  const Outcome result = run({"motion", fixed, moving, "-o", folder / "u.mha", "--inverse",
-                              "--confidence", "--pictures", "--quiet"});
+  std::vector<std::string> arguments = {"motion",         fixed,       moving,         "-o",
+                                        folder / "u.mha", "--inverse", "--confidence", "--pictures",
+                                        "--quiet"};
+  if (writes_pages()) arguments.insert(arguments.end(), {"--page", folder / "u.html"});
+  const Outcome result = run(arguments);
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.out + result.err, "");
   const Field field = field_in(folder / "u.mha");
@@ -83,7 +99,12 @@ TEST(MotionOfAPair, ComesWithInverseConfidenceAndPicture) {
   EXPECT_LE(*high, 1.0F);
   EXPECT_GT(*high, *low);
   EXPECT_EQ(files::read_bytes(folder / "u.png").substr(1, 3), "PNG");
-  EXPECT_EQ(folder.entry_count(), 6U);
+  EXPECT_EQ(folder.entry_count(), writes_pages() ? 7U : 6U);
+  if (!writes_pages()) return;
+  const auto page = page_data(folder / "u.html");
+  EXPECT_EQ(page["frame_labels"], nlohmann::json({"fixed", "moving"}));
+  EXPECT_EQ(page["volumes"][0]["frame_count"], 2);
+  EXPECT_EQ(page["volumes"][1]["frame_count"], 1);
 }
 
 /// The same samples at the same places, in a file with left-handed axes.
@@ -356,6 +377,18 @@ TEST(Verdict, DistrustsAShiftByMostOfTheImage) {
   expect_distrusted(heart.frames[0], shifted(heart.frames[1], 90.0));
 }
 
+TEST(MotionOfAPair, WhosePageCanNotBeWrittenIsRefusedBeforeItIsEstimated) {
+  if (!writes_pages()) GTEST_SKIP() << "palpate was built without NiiVue";
+  const TemporaryFolder folder;
+  const Sequence heart = small_heart();
+  const std::string fixed = written(heart.frames[0], folder / "fixed.mha");
+  const Outcome result =
+      run({"motion", fixed, fixed, "-o", folder / "u.mha", "--page", folder / "u.png"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("name it .html"));
+  EXPECT_EQ(folder.entry_count(), 1U);
+}
+
 TEST(MotionOfAPair, ThatDoesNotOverlapIsRefused) {
   const TemporaryFolder folder;
   const Sequence heart = small_heart();
@@ -387,10 +420,22 @@ TEST(OneMotion, IsWrittenInAllItsFormsAndRead) {
   constexpr int kFrames = 6;
   const TemporaryFolder folder;
   const std::string heart = written(small_heart(kFrames), folder / "heart.seq.nrrd");
-  const std::string out = folder / "out";
-  const Outcome result = run({"motion", heart, "-o", out, "--cyclic", "--json", "--confidence"});
+  const std::string out = folder / "out", page = folder / "page.html";
+  std::vector<std::string> arguments = {"motion",   heart,    "-o",          out,
+                                        "--cyclic", "--json", "--confidence"};
+  if (writes_pages()) arguments.insert(arguments.end(), {"--page", page});
+  const Outcome result = run(arguments);
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("one for all 6 frames"));
+  if (writes_pages()) {
+    // Frames, motion, confidence and change of volume: a step leads on from each frame of a cycle.
+    const auto shown = page_data(page);
+    ASSERT_EQ(shown["volumes"].size(), 4U);
+    for (const auto& volume : shown["volumes"]) EXPECT_EQ(volume["frame_count"], kFrames);
+    EXPECT_EQ(shown["verdict"]["word"], "ok");
+    EXPECT_EQ(shown["plots"].size(), 2U);
+    EXPECT_GT(shown["plots"][0]["curves"][0]["y"][0], 0.0);
+  }
   const auto summary = result.json();
   EXPECT_EQ(summary["model"], "sequence");
   EXPECT_EQ(summary["verdict"]["word"], "ok");

@@ -88,11 +88,14 @@ std::string nifti_header_of(const ImageToWrite& picture) {
   std::string bytes(352, '\0');  // the header and the four bytes that say "no extension"
   put<int32_t>(bytes, 0, int32_t(kNiftiHeaderBytes));
   put<char>(bytes, 38, 'r');
-  const int16_t dims[8] = {int16_t(vectors ? 5 : 3),
+  const size_t frames = picture.frames.size();
+  const int16_t dims[8] = {int16_t(vectors      ? 5
+                                   : frames > 1 ? 4
+                                                : 3),
                            int16_t(grid.size.x),
                            int16_t(grid.size.y),
                            int16_t(grid.size.z),
-                           1,
+                           int16_t(frames > 1 ? frames : 1),
                            int16_t(picture.components),
                            1,
                            1};

@@ -1,0 +1,51 @@
+#include "integration/web/embedded.h"
+
+// The assembler puts the bytes of a file between two names.
+#define PALPATE_EMBED(name, file) \
+  __asm__(                        \
+      ".pushsection .rodata\n"    \
+      ".globl " name "\n" name    \
+      ":\n"                       \
+      ".incbin \"" file           \
+      "\"\n"                      \
+      ".globl " name "End\n" name \
+      "End:\n"                    \
+      ".byte 0\n.popsection\n")
+
+PALPATE_EMBED("kPalpateWebStyle", PALPATE_WEB_STYLE);
+PALPATE_EMBED("kPalpateWebScript", PALPATE_WEB_SCRIPT);
+PALPATE_EMBED("kPalpateWebLicences", PALPATE_WEB_LICENCES);
+#ifdef PALPATE_WEB_NIIVUE
+PALPATE_EMBED("kPalpateWebNiiVue", PALPATE_WEB_NIIVUE);
+#endif
+
+extern "C" {
+extern const char kPalpateWebStyle[], kPalpateWebStyleEnd[];
+extern const char kPalpateWebScript[], kPalpateWebScriptEnd[];
+extern const char kPalpateWebLicences[], kPalpateWebLicencesEnd[];
+#ifdef PALPATE_WEB_NIIVUE
+extern const char kPalpateWebNiiVue[], kPalpateWebNiiVueEnd[];
+#endif
+}
+
+namespace palpate::web {
+
+std::string_view embedded(Embedded file) {
+  switch (file) {
+    case Embedded::kStyle:
+      return {kPalpateWebStyle, kPalpateWebStyleEnd};
+    case Embedded::kScript:
+      return {kPalpateWebScript, kPalpateWebScriptEnd};
+    case Embedded::kLicences:
+      return {kPalpateWebLicences, kPalpateWebLicencesEnd};
+    case Embedded::kNiiVue:
+#ifdef PALPATE_WEB_NIIVUE
+      return {kPalpateWebNiiVue, kPalpateWebNiiVueEnd};
+#else
+      break;
+#endif
+  }
+  return {};
+}
+
+}  // namespace palpate::web
