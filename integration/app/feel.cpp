@@ -114,6 +114,10 @@ Command add_feel(CLI::App& program) {
   add_loop(*app, *command);
   app->add_option("--picture", command->picture, "Draw force, depth and phase over time (PNG)")
       ->type_name("FILE");
+  app->add_option("--page", command->page,
+                  "Write a page for browsers (.html): the moving volume, its "
+                  "segments, force and numbers, in one file that needs no network")
+      ->type_name("FILE");
   app->add_option("--replay", command->replay,
                   "Run a recording again, without a device, and compare every bit")
       ->type_name("FILE")
@@ -129,7 +133,7 @@ Command add_feel(CLI::App& program) {
   return {app,
           [command] { return run_feel(*command); },
           input_options(*app, {"input", "--replay", "--calibration"}),
-          output_options(*app, {"--picture", "--tubes", "--headless"}),
+          output_options(*app, {"--picture", "--page", "--tubes", "--headless"}),
           {}};
 }
 

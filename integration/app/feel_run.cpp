@@ -14,6 +14,7 @@
 #include "integration/app/advice.h"
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/feel_page.h"
 #include "integration/app/feel_report.h"
 #include "integration/app/outputs.h"
 #include "integration/app/picture_file.h"
@@ -26,6 +27,7 @@
 #include "integration/loading/tubes_file.h"
 #include "integration/running/open_session.h"
 #include "integration/running/replay.h"
+#include "integration/web/web_page.h"
 #include "module/haptics/servo/emergency.h"
 #include "module/session/gallery.h"
 
@@ -117,6 +119,7 @@ class FeelRun {
     console_.say("Shown     " + viewers_.why);
     add_viewers(prepared->options);
     if (const Status can = check_tubes(); !can) return fail(console_, can.error());
+    if (const Status can = check_page(); !can) return fail(console_, can.error());
     const SceneSpec at_start = scene.spec;
     cancel.end_at_once(false);
     if (const Status started = start(*prepared); !started) return fail(console_, started.error());
@@ -243,6 +246,10 @@ class FeelRun {
       options.servo.real_time = {
           .priority = 0, .core = command_.request.core, .lock_memory = false, .cores_awake = false};
     if (viewers_.window) options.servo.listeners[1] = viewers_.window->listener();
+  }
+
+  Status check_page() const {
+    return command_.page.empty() ? Nothing{} : web::check_can_write_page(command_.page);
   }
 
   Status check_tubes() const {
@@ -435,6 +442,9 @@ class FeelRun {
     const std::string summary = summary_text(numbers, session.statistics(), session.report(),
                                              session.haptics().tank().ledger());
     if (gallery_ && done) done = publish(summary);
+    if (!command_.page.empty() && done)
+      done = write_feel_page(command_.page, "Feeling " + name_of(command_),
+                             *session.scene()->volumes.front().data, numbers, rows, summary);
     console_.say(summary);
     if (!tubes->empty()) console_.say(tubes_text(*tubes));
     if (connected_.tool) console_.say(connected_.tool->summary());
@@ -449,6 +459,8 @@ class FeelRun {
       console_.say(fmt::format("Wrote     {}", command_.request.csv.string()));
     if (!command_.picture.empty())
       console_.say(fmt::format("Wrote     {}", command_.picture.string()));
+    if (!command_.page.empty() && done)
+      console_.say(fmt::format("Wrote     {}", command_.page.string()));
     if (!command_.request.record.empty())
       console_.say(fmt::format("Wrote     {}", command_.request.record.string()));
     if (const auto lost = flight.lost()) console_.complain("palpate: " + *lost);
@@ -539,8 +551,8 @@ Result<std::string> periods_alone(FeelCommand command, CancelOnSignal& cancel) {
   request.motion = false;
   command.quiet = true;
   command.seconds = kAlone_s;
-  for (fs::path* file :
-       {&command.headless, &request.csv, &command.picture, &request.record, &command.tubes})
+  for (fs::path* file : {&command.headless, &request.csv, &command.picture, &command.page,
+                         &request.record, &command.tubes})
     file->clear();
   if (request.device == "mouse" || request.device == "controller") request.device = "simulated";
   if (openigtlink::is_place(request.device)) request.device = "auto";

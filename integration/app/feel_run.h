@@ -18,7 +18,7 @@ struct FeelCommand {
   running::SessionRequest request;  ///< shown_only: viewing only, as in 'palpate view'
   DeviceOptions gpu;
   double seconds = 0.0;
-  std::filesystem::path picture, replay;
+  std::filesystem::path picture, page, replay;
   std::filesystem::path tubes;  ///< output file of the user's stream tubes
   std::filesystem::path headless;
   ViewChoices view;

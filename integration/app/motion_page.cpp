@@ -1,11 +1,8 @@
 #include "integration/app/motion_page.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "compute/volume/sequence.h"
 #include "integration/charts/range.h"
 
 namespace palpate::app {
@@ -64,18 +61,6 @@ WebVolume web_volume(VolumeRole role, std::string title, const Grid& grid, chart
   return volume;
 }
 
-/// "frame 3, 93 ms, 15 % of the cycle".
-std::string frame_label(const MotionPage::PageWords& words, size_t k) {
-  if (!words.names.empty()) return words.names[k];
-  std::string label = fmt::format("frame {}", k);
-  if (words.times_s.empty()) return label;
-  const double t = words.times_s[k] - words.times_s.front();
-  label += words.times_s.back() < 10.0 ? fmt::format(", {:.0f} ms", 1e3 * t)
-                                       : fmt::format(", {:.2f} s", t);
-  if (words.cycle_s > 0.0) label += fmt::format(", {:.0f} % of the cycle", 100 * t / words.cycle_s);
-  return label;
-}
-
 }  // namespace
 
 MotionPage::MotionPage(const Grid& grid, size_t frames)
@@ -108,18 +93,8 @@ Status MotionPage::write(const PageWords& words, const std::filesystem::path& pa
         words.verdict->trust == Trust::kOk ? words.verdict->passed : words.verdict->reasons;
   }
 
-  // Frames and their times.
-  const size_t count = frames_.size();
-  const bool in_ms = !words.times_s.empty() && words.times_s.back() < 10.0;
-  for (size_t k = 0; k < count; ++k) {
-    page.frame_labels.push_back(frame_label(words, k));
-    const double t = words.times_s.empty() ? 0.0 : words.times_s[k] - words.times_s.front();
-    page.frame_times.push_back(words.times_s.empty() ? double(k) : in_ms ? 1e3 * t : t);
-    page.play_times_s.push_back(words.times_s.empty() ? assumed_times(count)[k] : t);
-  }
-  const double last_step =
-      count > 1 ? page.play_times_s[count - 1] - page.play_times_s[count - 2] : 1.0;
-  page.period_s = words.cycle_s > 0.0 ? words.cycle_s : page.play_times_s.back() + last_step;
+  const std::string unit = web::set_frames(page, frames_.size(), words.times_s, words.cycle_s);
+  if (!words.names.empty()) page.frame_labels = words.names;
 
   // Volumes.
   const charts::Range window = charts::window_of({frame_grid_, frames_.front()});
@@ -154,13 +129,7 @@ Status MotionPage::write(const PageWords& words, const std::filesystem::path& pa
     auto plot = std::find_if(page.plots.begin(), page.plots.end(),
                              [&](const WebPlot& other) { return other.title == curve.title; });
     if (plot == page.plots.end()) {
-      page.plots.push_back({curve.title,
-                            words.times_s.empty() ? "frame"
-                            : in_ms               ? "ms"
-                                                  : "s",
-                            true,
-                            true,
-                            {}});
+      page.plots.push_back({curve.title, unit, true, true, {}});
       plot = page.plots.end() - 1;
     }
     plot->curves.push_back({curve.name, page.frame_times, curve.y});

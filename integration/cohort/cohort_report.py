@@ -42,11 +42,12 @@ def cell(value) -> str:
 def row(one: dict) -> str:
     name = html.escape(one["name"])
     picture = f'<a href="{name}/picture.png"><img src="{name}/picture.png" alt="{name}"></a>' if one.get("picture") else ""
+    scrolled = f'<a href="{name}/page.html">page</a> ' if one.get("page") else ""
     log = "" if one["state"] == "left" else f'<a class="quiet" href="{name}/log.txt">log</a><br>'
     reasons = "<br>".join(html.escape(r) for r in one.get("reasons", []))
     motion = f"{text(one.get('motion_mean_mm'))} / {text(one.get('motion_max_mm'), 1)}"
     match = f"{text(one.get('correlation_before'), 3)} &rarr; {text(one.get('correlation_after'), 3)}"
-    return (f'<tr><td><b>{name}</b><br>{log}{picture}</td>'
+    return (f'<tr><td><b>{name}</b><br>{scrolled}{log}{picture}</td>'
             f'<td class="text"><span class="state {one["state"]}">{one["state"]}</span><br>{reasons}</td>'
             f'<td>{text(one.get("frames"))}<br><span class="quiet">{text(one.get("size"))}</span></td><td>{motion}</td><td>{match}</td>'
             f'<td>{text(one.get("motion_left_voxels"))}</td><td>{text(one.get("folded_voxels"))}</td>'

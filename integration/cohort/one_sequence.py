@@ -81,7 +81,7 @@ def main() -> int:
     folder = Path(options.name)
     folder.mkdir(exist_ok=True)
     log = folder / "log.txt"
-    for old in ("motion", "picture.png", "status.json"):
+    for old in ("motion", "picture.png", "page.html", "status.json"):
         path = folder / old
         shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
     log.unlink(missing_ok=True)
@@ -106,6 +106,8 @@ def main() -> int:
     command += ["--cyclic"] if one["cyclic"] else []
     command += ["--model", one["model"]] if one["model"] else []
     command += ["--pictures"] if is_pair and config["pictures"] else []
+    page = folder / "page.html"
+    command += ["--page", str(page)] if config["pages"] else []
     begin = time.monotonic()
     done = run(command, log, environment)
     status = {"name": options.name, "files": one["files"], "preset": one["preset"], "host": socket.gethostname(), "attempt": options.attempt}
@@ -131,6 +133,8 @@ def main() -> int:
                 status["reasons"] = status["reasons"] + ["No picture: " + sentence(drawn)]
         if picture.exists():
             status["picture"] = str(picture)
+        if page.exists():
+            status["page"] = str(page)
     if not any((folder / "motion").iterdir()):
         (folder / "motion").rmdir()
     status["seconds"] = time.monotonic() - begin

@@ -144,16 +144,15 @@ async function viewerParts() {
     nv.addVolume(image);
     images.push(image);
   }
-  nv.setAtlasOutline(1);
   const overlays = data.volumes.map((volume, n) => [volume, n]).filter(([volume]) => volume.role === 'overlay');
   const labels = data.volumes.findIndex((volume) => volume.role === 'labels');
   const legend = element('div', {class: 'legend', id: 'legend'});
-  let overlay = overlays.length ? overlays[0][1] : -1, opacity = 0.4, outlines = labels >= 0;
+  let overlay = overlays.length ? overlays[0][1] : -1, opacity = 0.4, segments = labels >= 0;
 
   const refresh = () => {
     data.volumes.forEach((volume, n) => {
       const inTime = volume.frame_count === 1 || frame < volume.frame_count;
-      const shown = volume.role === 'frames' ? 1 : volume.role === 'labels' ? (outlines ? 1 : 0) : n === overlay ? opacity : 0;
+      const shown = volume.role === 'frames' ? 1 : volume.role === 'labels' ? (segments ? 0.3 : 0) : n === overlay ? opacity : 0;
       images[n].opacity = inTime ? shown : 0;
       if (volume.frame_count > 1 && inTime) images[n].frame4D = frame;
     });
@@ -181,9 +180,12 @@ async function viewerParts() {
     more.append(element('label', {}, 'Opacity', strength));
   }
   if (labels >= 0) {
-    const box = element('input', {type: 'checkbox', checked: '', 'aria-label': 'Outlines of the segments'});
-    box.addEventListener('change', () => { outlines = box.checked; refresh(); });
-    more.append(element('label', {}, box, data.volumes[labels].title));
+    const box = element('input', {type: 'checkbox', checked: '', 'aria-label': 'Segments'});
+    box.addEventListener('change', () => { segments = box.checked; refresh(); });
+    const {labels: names, R, G, B} = data.volumes[labels].label_colors;
+    const keys = names.slice(1).map((name, n) =>
+      element('span', {style: `--of: rgb(${R[n + 1]}, ${G[n + 1]}, ${B[n + 1]})`}, name));
+    more.append(element('label', {}, box, data.volumes[labels].title), element('div', {class: 'names'}, ...keys));
   }
   more.append(choice('View', [['3', 'slices and 3D'], ['4', '3D'], ['0', 'axial'], ['1', 'coronal'], ['2', 'sagittal']], '3',
     (value) => nv.setSliceType(Number(value))));

@@ -1,5 +1,6 @@
 #include "integration/web/web_page.h"
 
+#include <fmt/format.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "compute/volume/sequence.h"
 #include "integration/files/atomic_file.h"
 #include "integration/files/raster/image_writer.h"
 #include "integration/files/sentences.h"
@@ -155,6 +157,25 @@ std::string html_text(const std::string& plain) {
 }
 
 }  // namespace
+
+std::string set_frames(WebPage& page, size_t count, const std::vector<double>& times_s,
+                       double cycle_s) {
+  const bool known = !times_s.empty();
+  const bool in_ms = known && times_s.back() - times_s.front() < 10.0;
+  const std::vector<double> assumed = assumed_times(count);
+  for (size_t k = 0; k < count; ++k) {
+    const double t = known ? times_s[k] - times_s.front() : assumed[k];
+    std::string label = fmt::format("frame {}", k);
+    if (known) label += in_ms ? fmt::format(", {:.0f} ms", 1e3 * t) : fmt::format(", {:.2f} s", t);
+    if (known && cycle_s > 0.0) label += fmt::format(", {:.0f} % of the cycle", 100 * t / cycle_s);
+    page.frame_labels.push_back(label);
+    page.play_times_s.push_back(t);
+    page.frame_times.push_back(!known ? double(k) : in_ms ? 1e3 * t : t);
+  }
+  const std::vector<double>& t = page.play_times_s;
+  page.period_s = cycle_s > 0.0 ? cycle_s : t.back() + (count > 1 ? t.back() - t[count - 2] : 1.0);
+  return !known ? "frame" : in_ms ? "ms" : "s";
+}
 
 std::vector<uint8_t> codes_of(const std::vector<float>& values, double low, double high) {
   std::vector<uint8_t> codes(values.size());

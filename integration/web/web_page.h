@@ -18,7 +18,7 @@
 namespace palpate::web {
 
 /// What a volume of a page is for. Frames come first and are always seen; one overlay at a time
-/// lies over them; of labels the outlines are drawn.
+/// lies over them; labels lie over both.
 enum class VolumeRole { kFrames, kOverlay, kLabels };
 
 /// A label of a segmentation, for VolumeRole::kLabels.
@@ -69,6 +69,13 @@ struct WebPage {
   std::vector<WebPlot> plots;
   std::vector<std::pair<std::string, std::string>> facts;  ///< name, value
 };
+
+/// Fills the page's frames: labels ("frame 3, 93 ms, 15 % of the cycle"), times in ms for sequences
+/// shorter than 10 s, else in s, and the times at which they are played. times_s: of `count`
+/// frames, or empty: not known, then assumed_times() are played and the unit is frames. cycle_s: 0:
+/// no cycle. Returns the unit of frame_times.
+std::string set_frames(WebPage& page, size_t count, const std::vector<double>& times_s,
+                       double cycle_s);
 
 /// Values as codes, rounded; values beyond the range are clamped, not finite ones become 0.
 std::vector<uint8_t> codes_of(const std::vector<float>& values, double low, double high);

@@ -11,8 +11,10 @@
 #include <sstream>
 #include <thread>
 
+#include "integration/files/read_volume.h"
 #include "integration/running/force_change.h"
 #include "module/haptics/force_ledger.h"
+#include "tests/app/pages.h"
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 #include "tests/app/ticks.h"
@@ -80,10 +82,29 @@ const std::filesystem::path kCine = std::filesystem::path(PALPATE_SHARED_DATA) /
 TEST(Feel, PressesTheSegmentsOfARealHeart) {
   NEEDS_CINE();
   const TemporaryFolder folder;
-  const Outcome result = run_computed(
-      feel(kCine / "frame_00.mha", {"--segments", kCine / "lv_00.mha", "--csv",
-                                    folder / "ticks.csv", "--black-box", folder / "."}));
+  std::vector<std::string> more = {"--segments",         kCine / "lv_00.mha", "--csv",
+                                   folder / "ticks.csv", "--black-box",       folder / "."};
+  const std::string page = folder / "page.html";
+  if (writes_pages()) more.insert(more.end(), {"--page", page});
+  const Outcome result = run_computed(feel(kCine / "frame_00.mha", more));
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+  if (writes_pages()) {
+    const auto shown = page_data(page);
+    // One frame, which stands still: no motion over it. The second label lies in the first one.
+    ASSERT_EQ(shown["volumes"].size(), 2U);
+    EXPECT_EQ(shown["volumes"][1]["role"], "labels");
+    const auto labels = files::read_volume(kCine / "lv_00.mha");
+    ASSERT_TRUE(labels) << labels.error().message;
+    const glm::dvec3 spacing = labels->grid.spacing_mm;
+    for (const int label : {1, 2}) {
+      const double ml = 1e-3 * spacing.x * spacing.y * spacing.z *
+                        double(std::count(labels->values.begin(), labels->values.end(), label));
+      EXPECT_NEAR(shown["plots"][0]["curves"][label - 1]["y"][0].get<double>(), ml, 0.08 * ml);
+    }
+    EXPECT_EQ(shown["plots"][1]["title"], "Force (N)");
+    const auto& force = shown["plots"][1]["curves"][0]["y"];
+    EXPECT_GT(*std::max_element(force.begin(), force.end()), 0.5);
+  }
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("Segment   label 1, colour"), HasSubstr("Segment   label 2, colour"),
                     HasSubstr("a wall of 4 N, 4000 N/m")));

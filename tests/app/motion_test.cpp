@@ -11,7 +11,7 @@
 #include "compute/motion/quality.h"
 #include "integration/files/read_volume.h"
 #include "integration/files/sequence_motion_file.h"
-#include "integration/web/embedded.h"
+#include "tests/app/pages.h"
 #include "tests/app/program.h"
 #include "tests/app/scenes.h"
 #include "tests/files/dicom/dicom_files.h"
@@ -39,18 +39,6 @@ double error_on_the_wall(const Field& field, int fixed, int moving, int frames =
   const auto error = endpoint_error(field, shell_truth(grid, fixed, moving, frames), &wall);
   EXPECT_TRUE(error);
   return error ? error->voxels.mean : 1e9;
-}
-
-/// False where palpate was built without NiiVue, which could not be loaded then.
-bool writes_pages() {
-  return !web::embedded(web::Embedded::kNiiVue).empty();
-}
-
-/// What a page shows, which stands in it as JSON.
-nlohmann::json page_data(const std::filesystem::path& page) {
-  const std::string text = files::read_bytes(page), before = "id=\"palpate-data\">";
-  const size_t from = text.find(before) + before.size();
-  return nlohmann::json::parse(text.substr(from, text.find("</script>", from) - from));
 }
 
 TEST(MotionOfAPair, IsRightAndKeepsTheGeometryInEveryFormat) {

@@ -251,8 +251,10 @@ def what_a_machine_loses_is_begun_again(folder: Path) -> None:
     # A palpate that is killed in its first call for a pair.
     fake = program(folder / "palpate", f'case "$*" in *fixed_01*) if mkdir "{folder}/killed" 2>/dev/null; then kill -9 $$; fi ;; esac\n'
                    f'exec "{PALPATE}" "$@"\n')
-    done = run(folder, "out", "--no-pictures", "--palpate", fake)
+    done = run(folder, "out", "--no-pictures", "--pages", "--palpate", fake)
     check(done.returncode in (0, 3, 4), f"{done.returncode} {done.stderr}")
+    check('href="pair_01/page.html"' in (folder / "out" / "cohort.html").read_text(), "the page links to that of the pair")
+    check("<main>" in (folder / "out" / "pair_01" / "page.html").read_text(), "which is there")
     status = json.loads((folder / "out" / "pair_01" / "status.json").read_text())
     check(status["attempt"] == 2 and status["state"] != "lost", f"{status}")
     # A job that never ends is not tried for ever, and the others are done.
