@@ -84,6 +84,13 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
                  "What the volume looks like; auto: what suits the data")
       ->check(a_look())
       ->capture_default_str();
+  app.add_option("--look-level", command.view.level,
+                 "Value in the middle of the look (HU for CT); in the window: middle drag up, down")
+      ->check(number_in(files::kAnyNumber));
+  app.add_option("--look-width", command.view.width,
+                 "Range of values that the look is spread over; in the window: middle drag left, "
+                 "right")
+      ->check(number_in(files::kWidths));
   app.add_flag("--whole-frames", command.view.whole_frames,
                "Draw the frames as they are, not moved between them (for comparison)");
   app.add_flag("--cut-open", command.view.cut_open,

@@ -87,6 +87,7 @@ Status draw(const FeelCommand& command, double frame, Console& console, std::sto
                                    command.view, {.most = size, .most_eyes = outputs ? 2 : 1});
   if (!viewer) return viewer.error();
   if (const Status set = (*viewer)->update(*assembled); !set) return set;
+  if (const Status shows = (*viewer)->picture().shows_something(); !shows) return shows;
   if (!command.picture.empty()) {
     const auto eyes = (*viewer)->take_all(snapshot_at(*scene, frame), size, 1);
     if (!eyes) return eyes.error();

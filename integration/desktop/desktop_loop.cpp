@@ -14,8 +14,9 @@ namespace palpate::desktop {
 namespace {
 
 constexpr int kWidth = 1120, kHeight = 760;
-constexpr double kTurn = 3.0;            // radians for a drag over the window's height
-constexpr double kZoom = 0.90;           // of the distance, per notch or key
+constexpr double kLevelDrag = 1.0, kWidthDrag = 2.0;  // widths, and exponent, for such a drag
+constexpr double kTurn = 3.0;                         // radians for a drag over the window's height
+constexpr double kZoom = 0.90;                        // of the distance, per notch or key
 constexpr double kNotch = 1.0 / 40.0;    // of the ball around the volumes, per notch of the wheel
 constexpr double kScrubStep = 1.0 / 40;  // of the sequence
 constexpr int kPlotWidth = 330, kPlotHeight = 160, kEdge = 14;
@@ -105,7 +106,9 @@ void DesktopLoop::press(const KeyPress& press, const Input& input) {
       break;
     case KeyAction::kLook: {
       const std::vector<std::string> names = preset_names();
-      if (size_t(press.number) < names.size()) view_.look = names[size_t(press.number)];
+      view_.look = size_t(press.number) < names.size() ? names[size_t(press.number)] : "auto";
+      view_.level_moved = 0.0;
+      view_.width_factor = 1.0;
       break;
     }
     case KeyAction::kRecentre:
@@ -142,6 +145,12 @@ void DesktopLoop::press(const KeyPress& press, const Input& input) {
 
 /// The right button turns the view, and every button where the mouse is no hand.
 void DesktopLoop::steer(const Input& input) {
+  if (input.middle) {
+    // As in viewers of slices: up shows more of what is dark, to the right is softer.
+    view_.level_moved -= kLevelDrag * input.dragged.y;
+    view_.width_factor =
+        std::clamp(view_.width_factor * std::exp(kWidthDrag * input.dragged.x), 0.01, 100.0);
+  }
   const bool turns = input.right || (!mouse_ && input.left);
   const double notches = turns || !mouse_ ? input.wheel : 0.0;
   if (!turns && notches == 0.0) return;

@@ -30,11 +30,12 @@ constexpr std::array<HelpLine, 2> kWithoutProbe = {{
     {"Wheel, \u00b1", "closer, further"},
 }};
 constexpr HelpLine kTubes{"T  K  X", "stream tube: lay, keep, clear"};
-constexpr std::array<HelpLine, 7> kKeys = {{
+constexpr std::array<HelpLine, 8> kKeys = {{
     {"Space", "play or pause"},
     {"\u2190  \u2192", "back, forward in time"},
     {"C", "cut open"},
-    {"1 \u2026 8", "looks"},
+    {"1 \u2026 8, 0", "looks, what suits the data"},
+    {"Middle drag", "level, width"},
     {"R / O", "probe / view back"},
     {"H", "hide this help"},
     {"Esc", "end"},

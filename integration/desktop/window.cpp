@@ -34,6 +34,9 @@ std::optional<KeyPress> meaning_of(int key) {
   if (key >= GLFW_KEY_KP_1 && key <= GLFW_KEY_KP_8)
     return KeyPress{KeyAction::kLook, key - GLFW_KEY_KP_1};
   switch (key) {
+    case GLFW_KEY_0:
+    case GLFW_KEY_KP_0:
+      return KeyPress{KeyAction::kLook, 8};
     case GLFW_KEY_SPACE:
       return KeyPress{KeyAction::kPlay};
     case GLFW_KEY_LEFT:
@@ -217,6 +220,7 @@ Input Window::poll() {
   input.keys = std::exchange(heard_->keys, {});
   input.left = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
   input.right = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
+  input.middle = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_MIDDLE) == GLFW_PRESS;
   input.in_window = glfwGetWindowAttrib(window_, GLFW_HOVERED) == GLFW_TRUE;
   glm::dvec2 cursor;
   glfwGetCursorPos(window_, &cursor.x, &cursor.y);

@@ -36,7 +36,7 @@ enum class KeyAction {
 
 struct KeyPress {
   KeyAction key = KeyAction::kPlay;
-  int number = 0;  ///< kLook: 0 to 7
+  int number = 0;  ///< kLook: 0 to 7, or 8: what suits the data
 };
 
 /// What the person did since the last poll, and the state now.
@@ -46,7 +46,7 @@ struct Input {
   bool moved = false;       ///< the cursor is elsewhere than at the last poll
   glm::dvec2 dragged{0.0};  ///< how far it went, in heights of the window; y upwards
   double wheel = 0.0;       ///< notches, away from the person positive
-  bool left = false, right = false;
+  bool left = false, right = false, middle = false;
   std::vector<KeyPress> keys;  ///< in order
 };
 

@@ -1,6 +1,7 @@
 #include "module/scene/look.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace palpate {
@@ -11,6 +12,39 @@ constexpr double kUsualSlope = 0.1;  // of a look's range
 
 Error refused(const Look& look, const std::string& what) {
   return {ErrorKind::kBadInput, "The look \"" + look.name + "\" can not be used: " + what + "."};
+}
+
+/// Whether the mask counts the voxel at a place of volume space.
+bool counts_at(const Mask& mask, glm::dvec3 at_m) {
+  const glm::ivec3 voxel(glm::round(mask.grid.index_from_lps(lps_from_volume(at_m))));
+  const glm::ivec3 inside = glm::clamp(voxel, glm::ivec3(0), mask.grid.size - 1);
+  return mask.values[mask.grid.offset(inside.x, inside.y, inside.z)] != 0;
+}
+
+/// The value that divides sorted places in two kinds whose values differ least from their means
+/// (Otsu 1979), in a histogram from `low` to `high`.
+template <class Place>
+double otsu_threshold(double low, double high, const std::vector<Place>& places) {
+  constexpr int kBins = 256;
+  if (!(high > low)) return low;
+  std::array<double, kBins> count{};
+  for (const Place& place : places) {
+    const double share = (std::clamp(place.value, low, high) - low) / (high - low);
+    count[size_t(std::min(share * kBins, kBins - 1.0))] += 1.0;
+  }
+  double all = 0.0, all_sum = 0.0;
+  for (int b = 0; b < kBins; ++b) all += count[size_t(b)], all_sum += b * count[size_t(b)];
+  double below = 0.0, below_sum = 0.0, best = -1.0;
+  int at = 0;
+  for (int b = 0; b + 1 < kBins; ++b) {
+    below += count[size_t(b)];
+    below_sum += b * count[size_t(b)];
+    if (below == 0.0 || below == all) continue;
+    const double apart = below_sum / below - (all_sum - below_sum) / (all - below);
+    const double between = below * (all - below) * apart * apart;
+    if (between > best) best = between, at = b;
+  }
+  return low + (high - low) * (at + 1) / kBins;
 }
 
 Look ct_bone() {
@@ -196,15 +230,65 @@ Result<Look> preset_look(std::string_view name) {
                "There is no look called \"" + std::string(name) + "\"; there are " + known + "."};
 }
 
-Look fitting_look(std::string_view volume_name, double lowest, double highest) {
-  const auto named = [&](std::string_view part) {
-    return volume_name.find(part) != std::string_view::npos;
+ValueSummary summary_of(const FrameData& frame, const Mask* no_data) {
+  constexpr int kAlong = 40;
+  struct Place {
+    double value, slope_per_mm;
   };
-  if ((named("heart") || named("shell")) && lowest > -300.0 && highest < 1500.0)
-    return highest > 1200.0 && named("heart") ? heart() : phantom();
-  if (volume_name.find("molecule") != std::string_view::npos) return molecule();
-  if (lowest < -300.0) return highest > 600.0 ? ct_bone() : ct_lung();
-  return windowed(mr(), 0.5 * (lowest + highest), std::max(highest - lowest, 1e-9));
+  const glm::dvec3 low = frame.low_m(), high = frame.high_m();
+  std::vector<Place> places;
+  for (int z = 0; z < kAlong; ++z)
+    for (int y = 0; y < kAlong; ++y)
+      for (int x = 0; x < kAlong; ++x) {
+        const glm::dvec3 at = glm::mix(low, high, (glm::dvec3(x, y, z) + 0.5) / double(kAlong));
+        if (no_data && counts_at(*no_data, at)) continue;
+        const ScalarSample here = frame.scalar_and_gradient(at);
+        if (std::isfinite(here.value))
+          places.push_back({here.value, 1e-3 * glm::length(here.gradient)});
+      }
+  ValueSummary found;
+  found.size_mm = 1e3 * glm::distance(low, high);
+  if (places.empty()) return found;
+  std::sort(places.begin(), places.end(),
+            [](const Place& a, const Place& b) { return a.value < b.value; });
+  const auto value_at = [&](double share) {
+    return places[size_t(share * double(places.size() - 1))].value;
+  };
+  found.lowest = places.front().value;
+  found.highest = places.back().value;
+  found.background = otsu_threshold(value_at(0.005), value_at(0.98), places);
+  const auto above = std::partition_point(places.begin(), places.end(), [&](const Place& place) {
+    return place.value <= found.background;
+  });
+  const size_t first = size_t(above - places.begin()), count = places.size() - first;
+  constexpr std::array<double, 4> kShares{0.25, 0.6, 0.9, 0.99};
+  for (size_t q = 0; q < kShares.size(); ++q)
+    found.foreground[q] =
+        count ? places[first + size_t(kShares[q] * double(count - 1))].value : found.highest;
+  std::vector<double> slopes;
+  for (size_t n = first; n < places.size(); ++n) slopes.push_back(places[n].slope_per_mm);
+  if (!slopes.empty()) {
+    const auto steep = slopes.begin() + long(0.9 * double(slopes.size() - 1));
+    std::nth_element(slopes.begin(), steep, slopes.end());
+    found.surface_slope = *steep;
+  }
+  return found;
+}
+
+Look fitting_look(const ValueSummary& values) {
+  if (values.lowest < -300.0) return values.highest > 600.0 ? ct_bone() : ct_lung();
+  // By rank: the faint body of a PET is seen as well as its bright bladder.
+  Look look{"borders", {}, {0.36, 0.74, 0.22}, 0.0};
+  const std::array<double, 4>& q = values.foreground;
+  look.points = {{values.background, {0.35, 0.14, 0.12}, 0.0},
+                 {q[0], {0.50, 0.20, 0.16}, 0.06},
+                 {q[1], {0.72, 0.38, 0.30}, 0.22},
+                 {q[2], {0.90, 0.68, 0.54}, 0.50},
+                 {q[3], {1.0, 0.95, 0.88}, 0.90}};
+  look.surface_slope = values.surface_slope;
+  look.thickness_mm = std::max(values.size_mm / 150.0, 1e-9);
+  look.flat_opacity = 0.06;
+  return look;
 }
 
 }  // namespace palpate

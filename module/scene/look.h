@@ -1,11 +1,14 @@
 #pragma once
 
+#include <array>
 #include <glm/glm.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "compute/volume/result.h"
+#include "compute/volume/volume.h"
+#include "module/scene/frame_data.h"
 
 namespace palpate {
 
@@ -35,6 +38,9 @@ struct Look {
   /// a tenth of the points' range per mm.
   double surface_slope = 0.0;
   double thickness_mm = 1.0;  ///< the thickness for which the points' opacities hold
+  /// Share of the extinction that is left where the values are flat; it rises to 1 at surfaces (see
+  /// surface_slope), with the square of the slope. 1: the opacity depends on the value alone.
+  double flat_opacity = 1.0;
   bool operator==(const Look&) const = default;
 };
 
@@ -69,10 +75,27 @@ double width_of(const Look& look);
 Result<Look> preset_look(std::string_view name);
 /// In the order in which they are offered.
 std::vector<std::string> preset_names();
-/// The preset that suits data of this range: CT in HU reaches below -300, the phantoms (the shell
-/// up to about 1100, the heart up to about 1350) are recognised by name and range, all else is
-/// taken for MR and its window set to the range.
-Look fitting_look(std::string_view volume_name, double lowest, double highest);
+
+/// What decides on a look, of one frame.
+struct ValueSummary {
+  double lowest = 0.0, highest = 0.0;
+  /// Between the background (air, gel, what was not scanned) and what is to be seen: Otsu's
+  /// threshold; the lowest value where there is no background.
+  double background = 0.0;
+  /// Of the values above it: those below which a quarter, 6 of 10, 9 of 10 and 99 of 100 lie.
+  std::array<double, 4> foreground{};
+  double surface_slope = 0.0;  ///< a tenth of the places above it are steeper, per mm
+  double size_mm = 1.0;        ///< the diagonal of the data
+};
+
+/// Reads about 60,000 places spread over the frame; those that no_data counts are left out. Not
+/// real-time safe.
+ValueSummary summary_of(const FrameData& frame, const Mask* no_data = nullptr);
+
+/// The look that suits such data: CT in HU reaches below -300 ("CT bone", or "CT lung" where there
+/// is no bone); of all else, whatever its unit is, borders are seen more than what is between
+/// them, from the background up to what is bright.
+Look fitting_look(const ValueSummary& values);
 
 /// sRGB to linear light, 0 to 1.
 double linear_from_srgb(double encoded);

@@ -54,15 +54,18 @@ bool feels_air(const Scene& scene, const SceneVolume& volume) {
   return false;
 }
 
+/// What is built in says what it looks like; of all else the data do.
 Look fitting(const Scene& scene, const SceneVolume& volume) {
-  const auto [low, high] = range_of(*volume.data->frames.front());
-  if (volume.data->frames.front()->is_vector())
+  const FrameData& frame = *volume.data->frames.front();
+  if (frame.is_vector()) {
+    const double high = range_of(frame).second;
     return windowed(*preset_look("flow"), 0.5 * high, std::max(high, 1e-9));
+  }
   const std::string& source = volume.spec.source;
-  const std::string& kind = source.empty()        ? volume.data->name
-                            : source == "charges" ? "molecule"
-                                                  : source;
-  const Look look = fitting_look(kind, low, high);
+  if (source.starts_with("heart")) return *preset_look("heart");
+  if (source.starts_with("shell")) return *preset_look("phantom");
+  if (source == "molecule" || source == "charges") return *preset_look("molecule");
+  const Look look = fitting_look(summary_of(frame));
   if (look.name.starts_with("CT") && feels_air(scene, volume)) return *preset_look("CT lung");
   return look;
 }
@@ -70,7 +73,13 @@ Look fitting(const Scene& scene, const SceneVolume& volume) {
 /// The look named on the command line, else the scene's, else one that suits the data.
 Look look_for(const std::string& name, const Scene& scene, const SceneVolume& volume) {
   if (name != "auto")
-    if (auto preset = preset_look(name)) return *preset;
+    if (auto preset = preset_look(name)) {
+      if (name != "MR") return *preset;
+      // MR has no unit: its window is that of the data.
+      const ValueSummary values = summary_of(*volume.data->frames.front());
+      const double width = std::max(values.foreground.back() - values.background, 1e-9);
+      return windowed(*preset, values.background + 0.5 * width, width);
+    }
   const AppearanceSpec& appearance = volume.spec.appearance;
   Look look;
   if (!appearance.points.empty()) {
@@ -125,6 +134,39 @@ bool ScenePicture::update(std::shared_ptr<const Scene> felt) {
   const bool changed = volumes != volumes_;
   volumes_ = std::move(volumes);
   return changed;
+}
+
+Look ScenePicture::look_of(size_t v) const {
+  const Look& look = looks_[v];
+  const double width = choices_.width.value_or(width_of(look));
+  const double level = choices_.level.value_or(level_of(look)) + choices_.level_moved * width;
+  const bool is_own = !choices_.width && !choices_.level && choices_.level_moved == 0.0 &&
+                      choices_.width_factor == 1.0;
+  return is_own ? look : windowed(look, level, width * choices_.width_factor);
+}
+
+Status ScenePicture::shows_something() const {
+  for (size_t v = 0; v < volumes_.size(); ++v) {
+    const FrameData& frame = *volumes_[v]->frames.front();
+    if (spec(v).appearance.tubes.value_or(frame.is_vector())) return Nothing{};
+    const auto& segments = volumes_[v]->segments;
+    if (std::any_of(segments.begin(), segments.end(), [](const Segment& s) { return s.shown; }))
+      return Nothing{};
+    const auto [low, high] = exact_range_of(frame);
+    const Look look = look_of(v);
+    constexpr int kSteps = 1000;
+    for (int k = 0; k <= kSteps; ++k)
+      if (look_at(look, low + (high - low) * k / kSteps).extinction_per_mm > 0.0) return Nothing{};
+  }
+  if (volumes_.empty()) return Nothing{};
+  const auto [low, high] = exact_range_of(*volumes_[0]->frames.front());
+  const Look look = look_of(0);
+  return Error{
+      ErrorKind::kBadInput,
+      fmt::format("Nothing of {} would be seen: its values are {:.6g} to {:.6g}, and the "
+                  "look '{}' at level {:.6g} and width {:.6g} shows none of them: choose "
+                  "another look, level or width",
+                  volumes_[0]->name, low, high, look.name, level_of(look), width_of(look))};
 }
 
 void ScenePicture::box(const SceneSnapshot& snapshot, glm::dvec3& low, glm::dvec3& high) const {
@@ -230,7 +272,7 @@ ViewScene ScenePicture::at(const SceneSnapshot& snapshot, int64_t display_ns, co
     volume.data = volumes_[v];
     volume.world_from_volume = of.world_from_volume;
     volume.pointer = pointer_at(volumes_[v]->times, of.time_s + of.rate * ahead_s);
-    volume.look = looks_[v];
+    volume.look = look_of(v);
     volume.blend_values = felt_->volumes[shown_[v]].blends;
     volume.whole_frames = choices_.whole_frames;
     volume.segment_opacity = spec(v).appearance.segments ? spec(v).appearance.segment_opacity : 0.0;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "compute/vulkan/context.h"
@@ -17,6 +18,11 @@ namespace palpate {
 /// What a viewer can change.
 struct ViewChoices {
   std::string look = "auto";  ///< a preset's name, or auto: what suits the data
+  /// Middle and width of the values that the look is spread over, as in every viewer of slices; not
+  /// set: the look's own.
+  std::optional<double> level, width;
+  /// The same, moved by hand: the middle by so many widths, the width by this factor.
+  double level_moved = 0.0, width_factor = 1.0;
   bool whole_frames = false;  ///< for comparison: frames as they are, not moved between them
   bool box = true;            ///< edges of the data, and letters for the patient's sides
   bool cut_open = false;      ///< cut away what lies between the eye and the place that is touched
@@ -47,6 +53,10 @@ class ScenePicture {
   /// that the hand will feel at that time and at their places, with pen, proxy and force.
   ViewScene at(const SceneSnapshot& snapshot, int64_t display_ns, const Eye& eye);
 
+  /// kBadInput with a sentence if there are volumes and nothing of them would be seen: their looks
+  /// show none of their values, and there are no segments and no tubes. After update().
+  Status shows_something() const;
+
   /// A box around all volumes at their places in `snapshot`, along the axes of the world, m.
   void box(const SceneSnapshot& snapshot, glm::dvec3& low, glm::dvec3& high) const;
   /// A sphere around the same box, world, m.
@@ -56,6 +66,8 @@ class ScenePicture {
   void add_things(const SceneSnapshot& snapshot, const Eye& eye, double radius_m, ViewScene& scene);
   void add_tubes(const ViewVolume& of, size_t v, double radius_m, Things& things) const;
   void add_hand(const SceneSnapshot& snapshot, const Eye& eye, double size, ViewScene& scene);
+  /// The look of a volume with the choices of level and width.
+  Look look_of(size_t v) const;
   const VolumeSpec& spec(size_t v) const { return felt_->volumes[shown_[v]].spec; }
 
   ViewChoices choices_;

@@ -76,7 +76,8 @@ ViewVolumeParameters volume_parameters_of(const ViewScene& scene, const ViewVolu
       (look.surface_slope > 0.0 ? look.surface_slope : 0.1 * std::max(width_of(look), 1e-9)) /
       range;
   p.table = glm::vec4(kTable - 1, 0.5F, 0.0F, 1.0 / (slope * slope));
-  p.shine = glm::vec4(look.shine.ambient, look.shine.diffuse, look.shine.specular, 0.0);
+  p.shine =
+      glm::vec4(look.shine.ambient, look.shine.diffuse, look.shine.specular, look.flat_opacity);
   // Along the voxels' axes, which are at right angles: a direction only has to be turned.
   const auto voxel_axes = [&](glm::dvec3 way) {
     return glm::normalize(frames.spacing_mm * (index_from_volume * (turn * way)));

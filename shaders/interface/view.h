@@ -61,7 +61,7 @@ struct ViewVolumeParameters {
   ivec4 bricks;      // along each axis; w: first word of its skip structure
   vec4 spacing_mm;   // of its voxels, w: samples along a ray per mm
   vec4 table;  // x, y: entry = x * value + y; z: first entry; w: slope (1/mm) of a full surface
-  vec4 shine;  // ambient, diffuse, specular, exponent
+  vec4 shine;  // ambient, diffuse, specular; w: share of the extinction where values are flat
   vec4 light;  // towards the light, along the volume's axes (of voxels)
   vec4 head;   // towards the eyes, in the same axes
   // normal = stretch * slope, for volumes scaled differently along the axes; w: 1/2 if the volume

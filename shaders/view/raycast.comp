@@ -186,7 +186,9 @@ vec4 lit(int v, vec4 one, vec4 other) {
   shine *= shine;
   const vec4 how = view.volumes[v].shine;
   const float light = mix(1.0, how.x + how.y * diffuse, surface);
-  return vec4(glow.rgb * light + glow.w * how.z * shine * surface, glow.w);
+  // Exactly 1 where the opacity depends on the value alone.
+  const float kept = 1.0 - (1.0 - how.w) * (1.0 - surface);
+  return kept * vec4(glow.rgb * light + glow.w * how.z * shine * surface, glow.w);
 }
 
 vec3 encoded(vec3 c) {

@@ -161,6 +161,33 @@ TEST(View, ShowsAFieldAndVolumesOfOtherGridsTogether) {
   picture_of({a, b}, folder, "grids.png");
 }
 
+TEST(View, OfAFileDoesNotDependOnItsName) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const Volume frame = small_heart().frames[0];
+  const std::string heart = written(frame, folder / "heart.mha"),
+                    knee = written(frame, folder / "knee.mha");
+  const ReadPicture one = picture_of({heart}, folder, "heart.png"),
+                    other = picture_of({knee}, folder, "knee.png");
+  EXPECT_EQ(changed_share(one, other), 0.0);
+  EXPECT_GT(red_share(one), 0.02);
+}
+
+TEST(View, OfNothingIsAnErrorAndLevelAndWidthDecide) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const std::string frame = written(small_heart().frames[0], folder / "frame.mha");
+  const std::string picture = folder / "nothing.png";
+  const Outcome nothing = run({"view", frame, "--look", "CT bone", "--look-level", "9000",
+                               "--look-width", "100", "--picture", picture});
+  EXPECT_EQ(nothing.exit_code, 2) << nothing.out;
+  EXPECT_THAT(nothing.err, HasSubstr("Nothing of frame would be seen: its values are"));
+  EXPECT_FALSE(fs::exists(picture));
+  const ReadPicture soft = picture_of({frame, "--look-width", "3000"}, folder, "soft.png"),
+                    hard = picture_of({frame, "--look-width", "300"}, folder, "hard.png");
+  EXPECT_GT(changed_share(soft, hard), 0.02);
+}
+
 TEST(View, SaysInOneSentenceWhatIsWrong) {
   unsetenv("DISPLAY");
   unsetenv("WAYLAND_DISPLAY");

@@ -57,15 +57,73 @@ TEST(Look, EveryPresetCanBeDrawnAndHasItsName) {
   EXPECT_THAT(none.error().message, HasSubstr("CT bone"));
 }
 
-TEST(Look, DataGetALookThatFits) {
-  EXPECT_EQ(fitting_look("shell", 0.0, 1050.0).name, "phantom");
-  EXPECT_EQ(fitting_look("heart.seq", 0.0, 1050.0).name, "phantom");
-  EXPECT_EQ(fitting_look("heart", 0.0, 1320.0).name, "heart");
-  EXPECT_EQ(fitting_look("chest", -1024.0, 1800.0).name, "CT bone");
-  EXPECT_EQ(fitting_look("4D", -1024.0, 300.0).name, "CT lung");
-  const Look mr = fitting_look("knee", 0.0, 4000.0);
-  EXPECT_EQ(mr.name, "MR");
-  EXPECT_DOUBLE_EQ(width_of(mr), 4000.0);
+/// Air, a body with a gradient of values, and a small bright part: `scale` and `shift` are those of
+/// the unit.
+std::shared_ptr<const FrameData> body_in_air(double scale, double shift) {
+  Volume volume;
+  volume.grid.size = glm::ivec3(40);
+  volume.values.resize(volume.grid.count());
+  for (int k = 0; k < 40; ++k)
+    for (int j = 0; j < 40; ++j)
+      for (int i = 0; i < 40; ++i) {
+        const double r = glm::length(glm::dvec3(i, j, k) - 19.5);
+        const double value = r < 3.0 ? 900.0 : r < 14.0 ? 200.0 + 4.0 * i : 5.0 * ((i + j + k) % 3);
+        volume.values[volume.grid.offset(i, j, k)] = float(scale * value + shift);
+      }
+  return sampled_scalar(std::move(volume));
+}
+
+TEST(Look, DataGetALookThatFitsWhateverTheirUnit) {
+  for (const auto& [scale, shift] :
+       {std::pair(1.0, 0.0), std::pair(1e-3, 0.0), std::pair(40.0, 7000.0)}) {
+    SCOPED_TRACE(testing::Message() << scale << " " << shift);
+    const auto frame = body_in_air(scale, shift);
+    const ValueSummary values = summary_of(*frame);
+    // Between the air's noise and the body.
+    EXPECT_GT(values.background, 10.0 * scale + shift);
+    EXPECT_LT(values.background, 200.0 * scale + shift);
+    EXPECT_NEAR(values.foreground[1], 285.0 * scale + shift, 20.0 * scale);
+    EXPECT_NEAR(values.size_mm, 40.0 * std::sqrt(3.0), 2.0);
+    const Look look = fitting_look(values);
+    EXPECT_TRUE(check(look));
+    EXPECT_EQ(look_at(look, 10.0 * scale + shift).extinction_per_mm, 0.0);
+    EXPECT_GT(look_at(look, 250.0 * scale + shift).extinction_per_mm, 0.0);
+    EXPECT_GT(look_at(look, 900.0 * scale + shift).extinction_per_mm,
+              4.0 * look_at(look, 250.0 * scale + shift).extinction_per_mm);
+    EXPECT_LT(look.flat_opacity, 0.5);
+  }
+}
+
+TEST(Look, CtIsKnownByItsUnit) {
+  ValueSummary values;
+  values.lowest = -1024.0;
+  values.highest = 1800.0;
+  EXPECT_EQ(fitting_look(values).name, "CT bone");
+  values.highest = 300.0;
+  EXPECT_EQ(fitting_look(values).name, "CT lung");
+}
+
+TEST(Look, WhatHasOneValueOnlyCanBeDrawn) {
+  Volume volume;
+  volume.grid.size = glm::ivec3(4);
+  volume.values.assign(volume.grid.count(), 7.0F);
+  EXPECT_TRUE(check(fitting_look(summary_of(*sampled_scalar(volume)))));
+}
+
+TEST(Look, PlacesWithoutDataDoNotCount) {
+  Volume volume;
+  volume.grid.size = glm::ivec3(20);
+  volume.values.assign(volume.grid.count(), 0.0F);
+  Mask outside{volume.grid, std::vector<uint8_t>(volume.grid.count(), 1)};
+  for (int k = 0; k < 20; ++k)
+    for (int j = 0; j < 20; ++j)
+      for (int i = 0; i < 10; ++i) {
+        volume.values[volume.grid.offset(i, j, k)] = float(500 + 10 * j);
+        outside.values[volume.grid.offset(i, j, k)] = i > 7;
+      }
+  const auto frame = sampled_scalar(volume);
+  EXPECT_LT(summary_of(*frame).lowest, 100.0);
+  EXPECT_GT(summary_of(*frame, &outside).lowest, 400.0);
 }
 
 TEST(Look, TakesTransferFunctionsOfTexturesForTheRange) {

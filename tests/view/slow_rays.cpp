@@ -44,13 +44,15 @@ class SlowRay {
   }
   /// The brightness of a place, and the highlight on it, from its slope and the direction to the
   /// eye.
-  void lit(glm::dvec3 slope, glm::dvec3 to_eye, double& light, double& shine) const {
+  /// kept: the share of its extinction.
+  void lit(glm::dvec3 slope, glm::dvec3 to_eye, double& light, double& shine, double& kept) const {
     const Look& look = volume_.look;
     const double steep = glm::length(slope);
     const double full = look.surface_slope > 0.0 ? look.surface_slope : 0.1 * width_of(look);
     const double surface = std::min(steep * steep / (full * full), 1.0);
     light = 1.0;
     shine = 0.0;
+    kept = 1.0 - (1.0 - look.flat_opacity) * (1.0 - surface);
     if (!(steep > 0.0)) return;
     const glm::dvec3 n = slope / steep;
     const double side = glm::dot(n, to_eye) > 0.0 ? 1.0 : -1.0;
@@ -70,11 +72,11 @@ class SlowRay {
       if (!kept) continue;
       const LookSample seen = look_at(volume_.look, value(at));
       if (!(seen.extinction_per_mm > 0.0)) continue;
-      double bright = 1.0, shine = 0.0;
-      lit(slope(at), -way, bright, shine);
+      double bright = 1.0, shine = 0.0, passed = 1.0;
+      lit(slope(at), -way, bright, shine, passed);
       // In an enlarged volume a millimetre is one of the volume's own space.
       const double mm = 1e3 * step_m / volume_.world_from_volume.scale.x;
-      const double passes = std::exp(-seen.extinction_per_mm * mm);
+      const double passes = std::exp(-passed * seen.extinction_per_mm * mm);
       light.colour += light.through * (1.0 - passes) * (seen.colour * bright + shine);
       light.through *= passes;
     }

@@ -162,7 +162,7 @@ void bench_view(PictureSize size) {
   ViewScene scene;
   ViewVolume shown;
   shown.data = volume;
-  shown.look = fitting_look("heart", 0.0, 1000.0);
+  shown.look = *preset_look("phantom");
   scene.volumes = {shown};
   std::array<Eye, 2> eyes;
   const glm::dvec3 middle =
