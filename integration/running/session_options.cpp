@@ -263,6 +263,13 @@ std::vector<SessionOption> table() {
        .range = files::kForces_n,
        .help = "N, instead of the scene's",
        .c_field = "PalSessionInfo.max_force_n"},
+      {.key = "tool_radius_mm",
+       .stage = kSession,
+       .member = of_request<&SessionRequest::tool_radius_mm>,
+       .range = files::kToolRadii_mm,
+       .help = "Of the ball at the tip of the tool, mm in the world, instead of the scene's; 0: a "
+               "point",
+       .doors = kSafeDoors},
       {.key = "dead_man",
        .stage = kSession,
        .member = of_request<&SessionRequest::dead_man>,

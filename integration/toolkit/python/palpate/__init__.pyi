@@ -104,6 +104,7 @@ class Session:
         dead_man: bool | None = None,
         watchdog_s: float | None = None,
         max_hand_speed_m_per_s: float | None = None,
+        tool_radius_mm: float | None = None,
         real_time: bool | None = None,
         core: int | None = None,
         tube_buttons: int | None = None,
