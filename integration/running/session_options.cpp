@@ -217,6 +217,12 @@ std::vector<SessionOption> table() {
                "igtl://HOST:PORT is a tracked tool",
        .c_field = "PalSessionInfo.device_name",
        .doors = kSafeDoors},
+      {.key = "second_device",
+       .stage = kSession,
+       .member = of_request<&SessionRequest::second_device>,
+       .help = "Force device of a second hand in the same scene, as `device`: KIND@PLACE, or "
+               "simulated",
+       .doors = kProgramDoor},
       {.key = "falcon_firmware",
        .stage = kSession,
        .member = of_request<&SessionRequest::falcon_firmware>,

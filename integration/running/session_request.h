@@ -35,6 +35,7 @@ struct SessionRequest {
 
   // The device.
   std::string device = "auto";            ///< as `device` in the table
+  std::string second_device;              ///< another one, for a second hand; empty: none
   std::filesystem::path falcon_firmware;  ///< the user's own file
   std::string tool;                       ///< device name of a tracked tool's transforms
   std::string path = "press";             ///< of the simulated hand

@@ -200,6 +200,16 @@ void ScenePicture::add_tubes(const ViewVolume& of, size_t v, double radius_m,
 
 void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, double size,
                             ViewScene& scene) {
+  if (snapshot.has_second) {
+    SceneSnapshot second = snapshot;
+    second.has_second = false;
+    second.probe_m = snapshot.second.probe_m;
+    second.proxy_m = snapshot.second.proxy_m;
+    second.shaft = snapshot.second.shaft;
+    second.force_n = snapshot.second.force_n;
+    second.in_contact = snapshot.second.in_contact;
+    add_hand(second, eye, size, scene);
+  }
   if (choices_.fingertip) {
     const double share =
         std::clamp(glm::length(snapshot.force_n) / std::max(choices_.full_force_n, 1e-9), 0.0, 1.0);
