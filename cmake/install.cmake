@@ -37,8 +37,8 @@ install(FILES ${PROJECT_SOURCE_DIR}/integration/toolkit/palpate.h
 # Where Debian has the examples of a library; without those that are built in the source tree alone.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/examples/
         DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libpalpate-dev/examples COMPONENT palpate_development
-        PATTERN "snap_mode.*" EXCLUDE PATTERN "my_device.h" EXCLUDE PATTERN "vtk_image.h" EXCLUDE
-        PATTERN "gradient_length.*" EXCLUDE PATTERN "__pycache__" EXCLUDE)
+        PATTERN "snap_mode.*" EXCLUDE PATTERN "texture_mode.*" EXCLUDE PATTERN "my_device.h" EXCLUDE
+        PATTERN "vtk_image.h" EXCLUDE PATTERN "gradient_length.*" EXCLUDE PATTERN "__pycache__" EXCLUDE)
 # Paths from where the file lies: the same for every prefix.
 file(RELATIVE_PATH palpate_prefix_from_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 configure_file(${PROJECT_SOURCE_DIR}/cmake/palpate.pc.in ${PROJECT_BINARY_DIR}/palpate.pc @ONLY)

@@ -8,6 +8,7 @@
 #include "integration/files/scene/scene_file.h"
 #include "integration/files/sentences.h"
 #include "integration/loading/load_scene.h"
+#include "integration/running/recording_mcap.h"
 #include "integration/x3d/x3d_file.h"
 #include "module/scene/analytic_data.h"
 #include "module/scene/make_volume.h"
@@ -42,9 +43,15 @@ Status use_words_of_x3d(SceneSpec& spec, const LoadedScene& loaded) {
 }
 
 Status convert(const fs::path& input, const fs::path& output, Console& console) {
+  if (output.extension() == ".mcap") {
+    const auto ticks = running::write_mcap(input, output);
+    if (!ticks) return ticks.error();
+    console.say(fmt::format("Wrote     {}: {} ticks", output.string(), *ticks));
+    return Nothing{};
+  }
   if (output.extension() != ".json" && output.extension() != ".x3d")
     return files::bad_output(output,
-                             "is neither .json nor .x3d: name a file with one of these "
+                             "is neither .json nor .x3d nor .mcap: name a file with one of these "
                              "endings");
   if (const Status can = files::check_can_write_file(output); !can) return can;
   auto loaded = loading::load_scene({input}, {});
@@ -91,11 +98,13 @@ Command add_convert(CLI::App& program) {
   auto input = std::make_shared<fs::path>();
   auto output = std::make_shared<fs::path>();
   CLI::App* app = program.add_subcommand(
-      "convert", "Write a scene as X3D, or an X3D scene as JSON, and say what is lost");
-  app->add_option("input", *input, "A scene file (.json, .x3d), or molecule")
+      "convert",
+      "Write a scene as X3D, an X3D scene as JSON, or a recording as MCAP, and say what is lost");
+  app->add_option("input", *input, "A scene file (.json, .x3d), molecule, or a recording")
       ->type_name("PATH")
       ->required();
-  app->add_option("output", *output, "The scene file to write; .json or .x3d")
+  app->add_option("output", *output,
+                  "The file to write: .json or .x3d of a scene, .mcap of a recording")
       ->type_name("FILE")
       ->required();
   return {app,

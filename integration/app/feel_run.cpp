@@ -89,6 +89,10 @@ class FeelRun {
     // Only with a device that is simulated by choice: a real hand has the time that it has.
     if (command_.request.device == "simulated" && std::getenv("PALPATE_COMPUTED_TIME"))
       others.clock = &computed_time_.emplace();
+    if (viewers_.headset && !command_.request.second_device.empty())
+      return fail(console_, Error{ErrorKind::kBadInput,
+                                  "In a headset one force device is felt: leave --second-device "
+                                  "out, or add --headset off"});
     if (const Status met = check_hand(command_.request.device, others); !met)
       return fail(console_, met.error());
     if (const Status look = check_look(command_.view.look); !look)
@@ -115,6 +119,8 @@ class FeelRun {
     for (const std::string& line : scene_lines(scene, connected_.live != nullptr))
       console_.say(line);
     if (command_.hand()) console_.say(fmt::format("Device    {}", prepared->felt.why));
+    if (prepared->second_felt)
+      console_.say(fmt::format("Second    {}", prepared->second_felt->why));
     for (const std::string& note : notes_of(scene)) console_.say("Note      " + note);
     console_.say("Shown     " + viewers_.why);
     add_viewers(prepared->options);
@@ -321,6 +327,7 @@ class FeelRun {
                              : std::chrono::duration<double>(Clock::now() - begin).count();
       connected_.session->newest(0, tick);
       tell_second_hand();
+      tell_second_device();
       tell_headset();
       std::string line = live_text(tick, connected_.session->statistics(), now_s);
       if (!motion.is_done()) line += "  " + motion_text(motion);
@@ -344,6 +351,8 @@ class FeelRun {
     if (computed_time_) computed_time_->let_go();
     connected_.stop();
     kept_ = connected_.flight.finish();
+    if (connected_.second)
+      if (const Status kept = connected_.second_flight.finish(); kept_ && !kept) kept_ = kept;
     if (viewers_.window) viewers_.window->end();
     if (viewers_.headset) viewers_.headset->end();
     if (gallery_) still_draws_ = !gallery_->stop(kLastPicture);
@@ -379,6 +388,17 @@ class FeelRun {
     if (!viewers_.headset) return;
     for (const headset::HeadsetEvent& event : viewers_.headset->news())
       console_.say("Headset   " + advised(event));
+  }
+
+  /// Reports when the device of a second hand is lost or comes back.
+  void tell_second_device() {
+    if (!connected_.second) return;
+    TickOutput tick;
+    connected_.second->newest(0, tick);
+    if (std::exchange(second_fault_, tick.fault) == tick.fault) return;
+    console_.say(fmt::format("Second    {}", tick.fault == DeviceFault::kNone
+                                                 ? "the device answers again"
+                                                 : sentence(tick.fault)));
   }
 
   /// Reports when the second hand is connected, is lost or can not be used.
@@ -446,6 +466,11 @@ class FeelRun {
       done = write_feel_page(command_.page, "Feeling " + name_of(command_),
                              *session.scene()->volumes.front().data, numbers, rows, summary);
     console_.say(summary);
+    if (connected_.second)
+      console_.say("Second hand" + summary_text(connected_.second_flight.log()->numbers(),
+                                                connected_.second->statistics(),
+                                                connected_.second->report(),
+                                                connected_.second->haptics().tank().ledger()));
     if (!tubes->empty()) console_.say(tubes_text(*tubes));
     if (connected_.tool) console_.say(connected_.tool->summary());
     if (connected_.live) console_.say(connected_.live->summary());
@@ -455,15 +480,14 @@ class FeelRun {
         console_.say(fmt::format("Wrote     {}: the ticks around a fault", file.string()));
       if (const auto trouble = box->trouble()) console_.complain(*trouble);
     }
-    if (!command_.request.csv.empty())
-      console_.say(fmt::format("Wrote     {}", command_.request.csv.string()));
+    if (!command_.request.csv.empty()) tell_written(command_.request.csv);
     if (!command_.picture.empty())
       console_.say(fmt::format("Wrote     {}", command_.picture.string()));
     if (!command_.page.empty() && done)
       console_.say(fmt::format("Wrote     {}", command_.page.string()));
-    if (!command_.request.record.empty())
-      console_.say(fmt::format("Wrote     {}", command_.request.record.string()));
+    if (!command_.request.record.empty()) tell_written(command_.request.record);
     if (const auto lost = flight.lost()) console_.complain("palpate: " + *lost);
+    if (const auto lost = connected_.second_flight.lost()) console_.complain("palpate: " + *lost);
     if (!command_.tubes.empty() && done)
       console_.say(fmt::format("Wrote     {}", command_.tubes.string()));
     if (gallery_ && done) tell_gallery();
@@ -474,6 +498,13 @@ class FeelRun {
         "palpate: The display has gone away (its X server or the connection to it ended), so the "
         "force was ramped down and the run ended.");
     return kExitInternal;
+  }
+
+  /// Names a file of the ticks, and that of a second hand.
+  void tell_written(const fs::path& file) {
+    console_.say(fmt::format("Wrote     {}", file.string()));
+    if (connected_.second)
+      console_.say(fmt::format("Wrote     {}", running::second_file(file).string()));
   }
 
   /// Publishes page, views and summary, all or none.
@@ -528,7 +559,8 @@ class FeelRun {
   running::FeltDevice opened_;
   bool display_lost_ = false;
   bool is_ended_ = false, still_draws_ = false;
-  Status kept_ = Nothing{};  ///< whether table and recording are complete
+  Status kept_ = Nothing{};                        ///< whether table and recording are complete
+  DeviceFault second_fault_ = DeviceFault::kNone;  ///< of the device of a second hand
   std::unique_ptr<devices::SpaceMouse> second_hand_;
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
   /// The window, once its display has gone away: the servo thread still uses its listener.

@@ -36,6 +36,7 @@ constexpr Spelling kSpellings[] = {
      "to); the same as ?crc=none behind the address"},
     {"real_time", "--no-real-time", "Ask the system for no priority and no locked memory"},
     {"tool", "--tool-name"},
+    {"tool_radius_mm", "--tool-radius"},
     {"watchdog_s", "--watchdog", "A tick later than this is a fault, ms (5; simulated: 50)", 1e3,
      "ms"},
 };

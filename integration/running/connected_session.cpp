@@ -13,7 +13,24 @@ constexpr double kWatchdog_s = 0.005, kHarmlessWatchdog_s = 0.05;
 Status ConnectedSession::start(const LoadedScene& scene, SessionOptions options,
                                const Volume* first_frame) {
   options.servo.listeners[0] = flight.listener();
+  options.second = second.get();
   return begin(Session::start(scene, *device, std::move(options)), scene, first_frame);
+}
+
+Status ConnectedSession::start_second(const LoadedScene& scene, SessionOptions options) {
+  // Motion is estimated once, and comes from the first session; so do poses and commands.
+  options.is_second = true;
+  options.motion.open_context = {};
+  options.second_hand = nullptr;
+  options.tube_buttons = 0;
+  options.on_event = {};
+  options.next_note = {};
+  options.servo.listeners = {second_flight.listener()};
+  options.servo.real_time.core = -1;
+  auto started = Session::start(scene, *second_device, std::move(options));
+  if (!started) return started.error();
+  second = std::move(*started);
+  return Nothing{};
 }
 
 Status ConnectedSession::start_in_host(const LoadedScene& scene, const DeviceInfo& of_host,
@@ -33,7 +50,10 @@ Status ConnectedSession::begin(Result<std::unique_ptr<Session>> started, const L
 }
 
 void ConnectedSession::stop() {
-  if (!session) return;
+  if (!session) {
+    if (second) second->stop();  // the first one could not be started
+    return;
+  }
   // The force first: the others may wait for a volume that is being computed.
   session->stop();
   if (server) server->end();

@@ -29,13 +29,19 @@ class ConnectedSession {
   PositionSource* tool_hand = nullptr;  ///< the device, where there is a tool
   std::unique_ptr<LiveSource> live;     ///< its frames are felt; null: none come
   std::unique_ptr<FeltServer> server;   ///< null: nothing is served
-  std::unique_ptr<Session> session;     ///< after start()
+  std::unique_ptr<ForceDevice> second_device;  ///< of a second hand; null: there is none
+  FlightRecorder second_flight;                ///< hears every tick of it
+  std::unique_ptr<Session> second;             ///< its session, after start()
+  std::unique_ptr<Session> session;            ///< after start()
 
   /// Starts the servo thread, then what is connected. The first listener of the servo loop becomes
   /// `flight`. first_frame: of the live source, where another one has loaded the scene. As
   /// Session::start().
   Status start(const LoadedScene& scene, SessionOptions options,
                const Volume* first_frame = nullptr);
+  /// Before it, for a second hand with `second_device`: starts its session, with the first one's
+  /// options but those of its device. As Session::start().
+  Status start_second(const LoadedScene& scene, SessionOptions options);
   /// The same for a host that ticks with a device of its own.
   Status start_in_host(const LoadedScene& scene, const DeviceInfo& of_host, SessionOptions options,
                        const Volume* first_frame = nullptr);

@@ -80,6 +80,32 @@ Status open_device(SessionHost& host, PreparedSession& prepared, ConnectedSessio
   return Nothing{};
 }
 
+/// The device of a second hand, in a scene that is scaled to the first one's.
+Status open_second(PreparedSession& prepared, const OtherHands& others,
+                   ConnectedSession& connected) {
+  SessionRequest request = prepared.request;
+  if (request.second_device.empty()) return Nothing{};
+  request.device = std::exchange(request.second_device, {});
+  const bool is_other = request.device == "auto" || request.device == "none" ||
+                        request.device == "mouse" || request.device == "controller" ||
+                        openigtlink::is_place(request.device);
+  if (is_other)
+    return Error{ErrorKind::kBadInput, "`second_device` is " + request.device +
+                                           ": name a force device, KIND@PLACE as 'palpate devices' "
+                                           "shows it, or simulated"};
+  if (request.device == prepared.request.device && request.device != "simulated")
+    return refused("`device` and `second_device` are the same: give each its place, KIND@PLACE");
+  if (connected.live)
+    return refused("A live source is felt with one hand: leave `second_device` out");
+  OtherHands alone;
+  alone.clock = others.clock;
+  auto felt = open_felt_device(request, prepared.scene, false, alone);
+  if (!felt) return felt.error();
+  prepared.second_felt = std::move(*felt);
+  connected.second_device = std::move(prepared.second_felt->device);
+  return Nothing{};
+}
+
 /// What the loop is to do.
 SessionOptions session_options(const PreparedSession& prepared, const SessionCallbacks& callbacks) {
   const SessionRequest& request = prepared.request;
@@ -202,6 +228,7 @@ Result<PreparedSession> prepare_session(SessionRequest request, SessionHost host
     return asked.error();
   if (request.stiffness_n_per_m) prepared.scene.spec.stiffness_n_per_m = *request.stiffness_n_per_m;
   if (request.max_force_n) prepared.scene.spec.max_force_n = *request.max_force_n;
+  if (request.tool_radius_mm) prepared.scene.spec.tool_radius_m = 1e-3 * *request.tool_radius_mm;
   if (has_own_device)
     if (const Status opened = open_tool(request, callbacks, connected); !opened)
       return opened.error();
@@ -211,6 +238,8 @@ Result<PreparedSession> prepare_session(SessionRequest request, SessionHost host
   if (!prepared.request.shown_only && callbacks.on_doing)
     callbacks.on_doing("looking for a surface to touch");
   if (const Status opened = open_device(host, prepared, connected); !opened) return opened.error();
+  if (const Status opened = open_second(prepared, host.others, connected); !opened)
+    return opened.error();
   if (prepared.felt.controller || prepared.felt.tool) stand_in_true_size(prepared.scene);
   prepared.options = session_options(prepared, callbacks);
   prepared.options.clock = host.others.clock;
@@ -225,10 +254,29 @@ Status start_session(PreparedSession& prepared, ConnectedSession& connected) {
               prepared.options.tube_buttons});
   if (!flight) return flight.error();
   connected.flight = std::move(*flight);
+  if (prepared.second_felt) {
+    FlightRecorderOptions of_second = *kept;
+    if (of_second.table) of_second.table = second_file(*of_second.table);
+    if (of_second.recording) of_second.recording = second_file(*of_second.recording);
+    SessionOptions options = prepared.options;
+    set_watchdog(options, prepared.request.watchdog_s.value_or(0.0),
+                 prepared.second_felt->is_harmless);
+    auto second = FlightRecorder::start(
+        of_second, {prepared.scene.spec, prepared.second_felt->info, options.haptics.safety, 0});
+    if (!second) return second.error();
+    connected.second_flight = std::move(*second);
+    if (const Status started = connected.start_second(prepared.scene, std::move(options)); !started)
+      return started;
+  }
   const Volume* const first = prepared.first_frame ? &*prepared.first_frame : nullptr;
   return prepared.host_ticks ? connected.start_in_host(prepared.scene, prepared.felt.info,
                                                        std::move(prepared.options), first)
                              : connected.start(prepared.scene, std::move(prepared.options), first);
+}
+
+std::filesystem::path second_file(const std::filesystem::path& first) {
+  std::filesystem::path second = first;
+  return second.replace_extension(".second" + first.extension().string());
 }
 
 Status open_session(SessionRequest request, SessionHost host, SessionCallbacks callbacks,

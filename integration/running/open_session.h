@@ -60,7 +60,8 @@ Status set_scene_options(SessionRequest& request, const SceneSpec& scene);
 struct PreparedSession {
   SessionRequest request;  ///< with the options of the scene file's section `session`
   LoadedScene scene;
-  FeltDevice felt;  ///< its device has gone to the ConnectedSession
+  FeltDevice felt;                        ///< its device has gone to the ConnectedSession
+  std::optional<FeltDevice> second_felt;  ///< likewise, of a second hand
   SessionOptions options;
   std::optional<Volume> first_frame;
   bool host_ticks = false;
@@ -73,9 +74,14 @@ struct PreparedSession {
 /// kBadOutput, in one sentence. Any thread.
 Result<PreparedSession> prepare_session(SessionRequest request, SessionHost host,
                                         SessionCallbacks callbacks, ConnectedSession& connected);
-/// Opens the files that are written and starts the session: the force begins at zero. Errors:
+/// Opens the files that are written and starts the session, a second hand's before it: the forces
+/// begin at zero. A second hand's table and recording are named beside the first's: second_file().
+/// Errors:
 /// kBadInput, kBadOutput.
 Status start_session(PreparedSession& prepared, ConnectedSession& connected);
+
+/// "run.second.ticks" for "run.ticks".
+std::filesystem::path second_file(const std::filesystem::path& first);
 
 /// Both, one after the other: from a request to a session that runs.
 Status open_session(SessionRequest request, SessionHost host, SessionCallbacks callbacks,

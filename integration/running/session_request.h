@@ -35,6 +35,7 @@ struct SessionRequest {
 
   // The device.
   std::string device = "auto";            ///< as `device` in the table
+  std::string second_device;              ///< another one, for a second hand; empty: none
   std::filesystem::path falcon_firmware;  ///< the user's own file
   std::string tool;                       ///< device name of a tracked tool's transforms
   std::string path = "press";             ///< of the simulated hand
@@ -43,6 +44,7 @@ struct SessionRequest {
 
   // Loop and safety.
   std::optional<double> stiffness_n_per_m, max_force_n;  ///< empty: the scene's
+  std::optional<double> tool_radius_mm;                  ///< empty: the scene's
   std::optional<double> watchdog_s;                      ///< empty: 0.005, harmless hands 0.05
   double max_hand_speed_m_per_s = 1.5;
   bool dead_man = false;

@@ -9,7 +9,7 @@ namespace palpate::x3d {
 struct ModeNode {
   std::string_view node, kind;
 };
-inline constexpr std::array<ModeNode, 8> kModeNodes = {{
+inline constexpr std::array<ModeNode, 9> kModeNodes = {{
     {"VectorFollowMode", "follow"},
     {"VectorFrontShapeMode", "front"},
     {"PalpateSurfaceMode", "surface"},
@@ -18,6 +18,7 @@ inline constexpr std::array<ModeNode, 8> kModeNodes = {{
     {"PalpateVectorForceMode", "vector-force"},
     {"PalpateAttractorMode", "attractor"},
     {"PalpateTissueMode", "tissue"},
+    {"PalpateViscosityMode", "viscosity"},
 }};
 
 /// Null for a node that is no mode.

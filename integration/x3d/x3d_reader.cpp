@@ -477,6 +477,7 @@ class X3dSceneReader {
     } else if (name == "VolumeHaptics") {
       number(node, "stiffness", scene_.spec.stiffness_n_per_m, files::kStiffnesses_n_per_m);
       number(node, "palpateDamping", scene_.spec.damping_n_s_per_m, files::kDampings_n_s_per_m);
+      number(node, "palpateToolRadius", scene_.spec.tool_radius_m, files::kToolRadii_m);
       finish(node);
       visit_children(node, place);
     } else if (name == "Inline") {

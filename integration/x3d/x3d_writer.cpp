@@ -58,6 +58,8 @@ class X3dSceneWriter {
       close("DeviceInfo");
     }
     line("<VolumeHaptics" + attribute("stiffness", text_of(scene.stiffness_n_per_m)) +
+         (scene.tool_radius_m > 0.0 ? attribute("palpateToolRadius", text_of(scene.tool_radius_m))
+                                    : "") +
          (scene.damping_n_s_per_m > 0.0
               ? attribute("palpateDamping", text_of(scene.damping_n_s_per_m))
               : "") +

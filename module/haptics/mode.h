@@ -22,6 +22,17 @@ class LocalData {
   ~LocalData() = default;
 };
 
+/// The ball at the tip of the tool as a data frame sees it: an ellipsoid where the data or their
+/// volume are stretched. Space: the volume's own, m.
+struct ToolBall {
+  glm::dmat3 data_from_ball{0.0};  ///< takes the ball of radius 1 to it
+
+  /// How far it reaches along a direction of unit length, m.
+  double reach_m(glm::dvec3 along) const {
+    return glm::length(along * data_from_ball);  // v * M is M transposed times v
+  }
+};
+
 /// What a mode sees of the scene in one haptic frame. Space: the volume's own (of its data frame),
 /// m.
 struct ModePoint {
@@ -29,6 +40,7 @@ struct ModePoint {
   glm::dvec3 proxy;       ///< where the proxy is: constraints belong here
   glm::dvec3 probe;  ///< where the hand is, taken back to the data frame (only if wants_probe())
   double dt_s;       ///< length of this haptic frame
+  const ToolBall* ball = nullptr;  ///< null: the tool is a point
 };
 
 /// Takes a mode's primitives and carries them to where the data are now: positions as points,
@@ -46,6 +58,10 @@ class PrimitiveSink {
   virtual void point(glm::dvec3 position, double strength_n) noexcept = 0;
   /// A force in N along a direction in the material, of any length.
   virtual void force(glm::dvec3 tangent, double strength_n) noexcept = 0;
+  /// Slows the proxy down against the material, N s/m: the force is this coefficient times the
+  /// velocity of the proxy relative to the material. What is placed where a haptic frame begins
+  /// holds for the whole frame.
+  virtual void drag(double n_s_per_m) noexcept = 0;
 
  protected:
   ~PrimitiveSink() = default;

@@ -29,8 +29,8 @@ enum class VectorProperty : uint8_t { kVector, kGradient, kCurl };
 
 struct ModeSpec {
   std::string name;  ///< unique in the scene
-  /// surface, follow, front, vortex, gradient-force, vector-force, attractor, tissue, or one of
-  /// your own
+  /// surface, follow, front, vortex, gradient-force, vector-force, attractor, tissue, viscosity, or
+  /// one of your own
   std::string kind = "surface";
   std::string volume;  ///< name of the volume it reads
   /// reads this segment's signed distance (mm, above 0 inside) instead of the volume's values;
@@ -39,7 +39,8 @@ struct ModeSpec {
   std::string motion;  ///< name of the motion that carries it; empty: the volume's first
   ScalarProperty scalar = ScalarProperty::kValue;
   VectorProperty vector = VectorProperty::kVector;
-  /// N, of the scalar (surface, gradient-force, attractor) or of the vector's length
+  /// N, of the scalar (surface, gradient-force, attractor) or of the vector's length; viscosity: N
+  /// at 1 m/s
   TransferFunction strength;
   TransferFunction friction;  ///< Coulomb's mu, of the scalar; surface only
   double gain = 1.0;          ///< force modes: C of equations (2), (3)
@@ -219,6 +220,7 @@ struct SceneSpec {
   double stiffness_n_per_m = 600.0;  ///< ks of the spring between probe and proxy
   double damping_n_s_per_m = 0.0;    ///< kd
   double max_force_n = 4.0;
+  double tool_radius_m = 0.0;   ///< of the ball that feels, world; 0: a point
   Transform world_from_device;  ///< co-location; its scale enlarges the hand's movements
   /// The options of a session that the scene asks for, as a JSON object; empty: none. Read where a
   /// session is opened (integration/running/session_options.h).

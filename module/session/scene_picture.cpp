@@ -242,12 +242,23 @@ void ScenePicture::add_tubes(const ViewVolume& of, size_t v, double radius_m,
 
 void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, double size,
                             ViewScene& scene) {
+  if (snapshot.has_second) {
+    SceneSnapshot second = snapshot;
+    second.has_second = false;
+    second.probe_m = snapshot.second.probe_m;
+    second.proxy_m = snapshot.second.proxy_m;
+    second.shaft = snapshot.second.shaft;
+    second.force_n = snapshot.second.force_n;
+    second.in_contact = snapshot.second.in_contact;
+    add_hand(second, eye, size, scene);
+  }
   if (choices_.fingertip) {
     const double share =
         std::clamp(glm::length(snapshot.force_n) / std::max(choices_.full_force_n, 1e-9), 0.0, 1.0);
     // In contact at the proxy, on the surface: the finger itself is hidden inside.
     const bool touches = snapshot.in_contact;
-    add_sphere(scene.things, touches ? snapshot.proxy_m : snapshot.probe_m, 0.007 * size,
+    const double ball_m = felt_->tool_radius_m > 0.0 ? felt_->tool_radius_m : 0.007 * size;
+    add_sphere(scene.things, touches ? snapshot.proxy_m : snapshot.probe_m, ball_m,
                touches ? glm::mix(kTouch, kPressed, share) : kPen);
     return;
   }
@@ -257,7 +268,11 @@ void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, doubl
                               ? snapshot.shaft
                               : glm::normalize(eye.orientation * glm::dvec3(0.45, 0.55, 0.70));
   add_pen(scene.things, snapshot.probe_m, away, 0.0022 * size, 0.07 * size, kPen);
-  if (snapshot.in_contact) add_sphere(scene.things, snapshot.proxy_m, 0.0026 * size, kProxy);
+  // A ball as tool has its own size, also where it touches nothing.
+  const double tool_m = felt_->tool_radius_m;
+  if (snapshot.in_contact || tool_m > 0.0)
+    add_sphere(scene.things, snapshot.proxy_m, tool_m > 0.0 ? tool_m : 0.0026 * size,
+               snapshot.in_contact ? kProxy : kPen);
   add_arrow(scene.things, snapshot.proxy_m, snapshot.force_n, kArrow_m_per_n * size, 0.0012 * size,
             kArrow);
 }

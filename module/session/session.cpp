@@ -80,7 +80,7 @@ void Session::begin_motion(const LoadedScene& at_start) {
                                  [](const SceneVolume& volume) { return volume.is_sent(); });
   poses_ = std::make_unique<Background>(kPosePause, [this, posed] {
     attempt([&] {
-      if (posed) send_poses();
+      if (posed && !options_.is_second) send_poses();
       const std::lock_guard lock(mutex_);
       if (waiting_) waiting_ = !ticker_.offer(scene_);
       ticker_.collect();
@@ -112,6 +112,7 @@ void Session::stop() {
   if (motion_) motion_->request_stop();
   if (servo_) servo_->stop();
   if (host_) host_->stop();
+  if (options_.second) options_.second->stop();
   poses_.reset();
   if (motion_) motion_->cancel();
   commands_.reset();  // takes the commands up to now
@@ -196,6 +197,8 @@ Status Session::hand_over(Result<std::shared_ptr<const Scene>> scene) {
 }
 
 Status Session::take_motion(size_t volume, size_t step, std::shared_ptr<const MotionMap> map) {
+  if (options_.second)
+    if (const Status taken = options_.second->take_motion(volume, step, map); !taken) return taken;
   const std::lock_guard lock(mutex_);
   MovingVolume known = *scene_->volumes[volume].data;
   if (known.motions.empty() || step >= known.motions[0].steps.size()) return Nothing{};
@@ -205,6 +208,8 @@ Status Session::take_motion(size_t volume, size_t step, std::shared_ptr<const Mo
 }
 
 Status Session::take_volume(size_t volume, std::shared_ptr<const MovingVolume> data) {
+  if (options_.second)
+    if (const Status taken = options_.second->take_volume(volume, data); !taken) return taken;
   const std::lock_guard lock(mutex_);
   return hand_over(with_data(*scene_, volume, std::move(data)));
 }
@@ -215,18 +220,39 @@ bool Session::has_handed_over() const {
 }
 
 bool Session::send(const ControlEvent& event) {
+  // Stream tubes are the first hand's.
+  if (options_.second && !command_of(event)) options_.second->send(event);
   const std::lock_guard lock(mutex_);
   return servo_ ? servo_->send(event) : host_ && host_->send(event);
 }
 
 bool Session::send(const ControlEvent& first, const ControlEvent& second) {
+  if (options_.second) options_.second->send(first, second);
   const std::lock_guard lock(mutex_);
   return servo_ ? servo_->send(first, second) : host_ && host_->send(first, second);
 }
 
 /// Call with mutex_ locked.
 bool Session::push(const PoseUpdate& pose) {
+  if (options_.second) options_.second->follow(pose);
   return servo_ ? servo_->send(pose) : host_ && host_->send(pose);
+}
+
+/// A pose that the session of the first hand has sent.
+void Session::follow(const PoseUpdate& pose) {
+  const std::lock_guard lock(mutex_);
+  push(pose);
+}
+
+bool Session::newest(SnapshotReader who, SceneSnapshot& snapshot) {
+  const bool is_new = ticker_.newest(int(who), snapshot);
+  SceneSnapshot of_second;
+  if (!options_.second) return is_new;
+  const bool second_is_new = options_.second->newest(who, of_second);
+  snapshot.has_second = of_second.now_ns != 0;
+  snapshot.second = {of_second.probe_m, of_second.proxy_m, of_second.shaft, of_second.force_n,
+                     of_second.in_contact};
+  return is_new || second_is_new;
 }
 
 bool Session::newest(int reader, TickOutput& output) noexcept {

@@ -29,6 +29,8 @@ struct SessionEvent {
   std::string sentence;
 };
 
+class Session;
+
 struct SessionOptions {
   HapticsOptions haptics;
   ServoOptions servo;
@@ -36,6 +38,12 @@ struct SessionOptions {
   const SecondHand* second_hand = nullptr;
   /// Where the servo thread takes its time from; null: the monotonic clock. Borrowed.
   ServoClock* clock = nullptr;
+  /// A session of the same scene with a second device, which was started before: it gets all
+  /// motion, poses and events that this one gets, and viewers of this one see its hand. Borrowed;
+  /// it ends with this one. Null: one hand.
+  Session* second = nullptr;
+  /// It is the second one of another session, which sends it poses.
+  bool is_second = false;
   /// How motion that no file contains is estimated while the data are felt; without open_context
   /// the data stand still.
   LiveMotionOptions motion;
@@ -124,9 +132,7 @@ class Session {
 
   /// The newest tick for a viewer; true if it is another one than in the last call. One thread per
   /// reader.
-  bool newest(SnapshotReader who, SceneSnapshot& snapshot) {
-    return ticker_.newest(int(who), snapshot);
-  }
+  bool newest(SnapshotReader who, SceneSnapshot& snapshot);
   /// The newest tick for reader 0 or 1; see Servo::newest().
   bool newest(int reader, TickOutput& output) noexcept;
   const ServoStatistics& statistics() const noexcept;
@@ -158,6 +164,7 @@ class Session {
   void send_poses();
   void take_commands();
   bool push(const PoseUpdate& pose);
+  void follow(const PoseUpdate& pose);
   void on_motion(const LiveMotion& motion);
   void tell(SessionEvent::Kind kind, const std::string& sentence) const;
   void attempt(const std::function<void()>& work);

@@ -244,6 +244,30 @@ TEST(Feel, RecordsARunAndReplaysItBitByBit) {
   EXPECT_THAT(other.err, HasSubstr("was made with another scene"));
 }
 
+TEST(Feel, IsFeltWithTwoDevicesWhoseRecordingsReplay) {
+  const TemporaryFolder folder;
+  const Outcome felt = run(
+      feel("molecule", {"--seconds", "3", "--second-device", "simulated", "--record",
+                        folder / "run.ticks", "--csv", folder / "run.csv", "--black-box", "off"}));
+  ASSERT_EQ(felt.exit_code, 0) << felt.out << felt.err;
+  EXPECT_THAT(felt.out, HasSubstr("Second    simulated device, as asked."));
+  for (const char* name : {"run", "run.second"}) {
+    const Table ticks(folder / (std::string(name) + ".csv"));
+    double most_n = 0.0;
+    for (size_t row = 0; row < ticks.size(); ++row) most_n = std::max(most_n, ticks.force(row));
+    EXPECT_GT(most_n, 0.05) << name;
+    const Outcome again =
+        run({"feel", "molecule", "--replay", folder / (std::string(name) + ".ticks")});
+    EXPECT_EQ(again.exit_code, 0) << again.out << again.err;
+    EXPECT_THAT(again.out, HasSubstr("every output is the recorded one, bit by bit")) << name;
+  }
+  for (const char* wrong : {"auto", "mouse", "none"}) {
+    const Outcome refused = run(feel("molecule", {"--second-device", wrong}));
+    EXPECT_EQ(refused.exit_code, 2) << refused.out;
+    EXPECT_THAT(refused.err, HasSubstr("name a force device")) << wrong;
+  }
+}
+
 TEST(Feel, LaysStreamTubesByTheDevicesButtonAndAgainWhenReplayed) {
   const TemporaryFolder folder;
   // A short press; one that is longer than a second, which clears; and two in quick succession, of

@@ -31,6 +31,7 @@ constexpr int kFrames = 4;
 SceneSpec everything() {
   SceneSpec spec = shell_spec(8.0, 0.4, 600.0);
   spec.damping_n_s_per_m = 0.5;
+  spec.tool_radius_m = 0.002;
   spec.volumes[0].drive.kind = DriveSpec::Kind::kTurn;
   spec.volumes[0].drive.rate_hz = 0.5;
   spec.volumes[0].path = PosePath::kExact;
@@ -50,11 +51,11 @@ SceneSpec everything() {
     }
     volume.transform.translation_m = {0.0, 0.01, 0.0};
   }
-  const char* kinds[] = {"surface",        "follow",    "front",        "vortex",
-                         "gradient-force", "attractor", "vector-force", "surface"};
+  const char* kinds[] = {"surface",   "follow",       "front",   "vortex",   "gradient-force",
+                         "attractor", "vector-force", "surface", "viscosity"};
   const char* volumes[] = {"shell", "moved", "paper", "still", "keyed"};
   spec.modes.clear();
-  for (int m = 0; m < 8; ++m) {
+  for (int m = 0; m < 9; ++m) {
     ModeSpec mode = shell_spec(8.0, 0.4, 600.0).modes[0];
     mode.name = "mode " + std::to_string(m);
     mode.kind = kinds[m];

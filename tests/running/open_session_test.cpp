@@ -35,6 +35,7 @@ TEST(OpenSession, TakesTheOptionsOfTheLoop) {
                                               {"stiffness_n_per_m", 321.0},
                                               {"watchdog_s", 0.03},
                                               {"max_hand_speed_m_per_s", 0.7},
+                                              {"tool_radius_mm", 2.5},
                                               {"dead_man", true},
                                               {"real_time", false},
                                               {"core", 1},

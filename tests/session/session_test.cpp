@@ -95,6 +95,51 @@ std::unique_ptr<Session> in_host(LoadedScene scene, SessionOptions options = {})
   return session ? std::move(*session) : nullptr;
 }
 
+// A second hand in the same scene gets all that the first one's session gets, and is shown with it.
+TEST(TwoHands, ShareMotionEventsAndTheEnd) {
+  const LoadedScene scene = shell_in_memory();
+  SessionOptions of_second, options;
+  of_second.is_second = true;
+  const auto second = in_host(scene, of_second);
+  ASSERT_TRUE(second);
+  options.second = second.get();
+  const auto first = in_host(scene, options);
+  ASSERT_TRUE(first);
+  Hand hand(*first), other(*second);
+  hand.at(0.05);
+  other.at(0.06);
+  SceneSnapshot both, of_other;
+  EXPECT_TRUE(first->newest(SnapshotReader::kPictures, both));
+  EXPECT_NEAR(glm::length(both.probe_m), 0.05, 1e-9);
+  ASSERT_TRUE(both.has_second);
+  EXPECT_NEAR(glm::length(both.second.probe_m), 0.06, 1e-9);
+
+  // Motion that is found is felt by both.
+  const auto found =
+      MotionMap::of(shell_truth(shell_phantom(40, 4, 1, 0.0).frames[0].grid, 0, 1, 4));
+  ASSERT_TRUE(first->take_motion(0, 0, found));
+  for (const Session* session : {first.get(), second.get()})
+    EXPECT_EQ(session->scene()->volumes[0].data->motions[0].steps[0], found);
+  // So are events.
+  EXPECT_TRUE(first->send({ControlEvent::Kind::kScrub, 0, 0.3}));
+  for (int k = 0; k < 1000; ++k) {
+    hand.at(0.05);
+    other.at(0.06);
+  }
+  first->newest(SnapshotReader::kPictures, both);
+  second->newest(SnapshotReader::kWindow, of_other);
+  EXPECT_GT(both.volumes[0].time_s, 0.0);
+  EXPECT_EQ(both.volumes[0].time_s, of_other.volumes[0].time_s);
+  EXPECT_FALSE(of_other.has_second);
+
+  first->stop();
+  for (int k = 0; k < 1000; ++k) {
+    hand.at(0.05);
+    other.at(0.06);
+  }
+  EXPECT_TRUE(first->at_rest() && second->at_rest());
+}
+
 class SessionWithMotion : public test::DeviceTest {
  protected:
   SessionOptions options() {

@@ -218,6 +218,64 @@ TEST(CLibrary, RecordsWhatTheProgramReplaysBitByBit) {
               HasSubstr("4000 ticks: every output is the recorded one, bit by bit"));
 }
 
+// Two hands of one host, in one loop: each session of the scene has its own proxy, tank and guards.
+TEST(CLibrary, FeelsOneBeatingSceneWithTwoHandsInOneLoop) {
+  const files::TemporaryFolder folder;
+  Opened opened, of_second, of_third;
+  const PalContextInfo of_context = context_info();
+  PAL_ASSERT_OK(pal_context_open(&of_context, &opened.context));
+  const char* path = "shell";
+  const PalSceneInfo of_scene = scene_info(&path);
+  PAL_ASSERT_OK(pal_scene_open(opened.context, &of_scene, &opened.scene));
+  const PalDeviceInfo device = host_device();
+  const std::string files[] = {folder / "first.ticks", folder / "second.ticks"};
+  PalSessionInfo info{};
+  info.size = sizeof info;
+  info.flags = PAL_SESSION_HOST_TICKS;
+  info.host = &device;
+  info.recording = files[0].c_str();
+  PAL_ASSERT_OK(pal_session_open(opened.scene, &info, &opened.session));
+  info.recording = files[1].c_str();
+  PAL_ASSERT_OK(pal_session_open(opened.scene, &info, &of_second.session));
+  info.recording = nullptr;
+  PAL_ASSERT_OK(pal_session_open(opened.scene, &info, &of_third.session));
+
+  // From both sides towards the middle; a third session is the second hand without the first.
+  const auto force_z_n = [](PalSession* session, int k, double z_m) {
+    const PalTick tick{{0.0, 0.0, z_m}, 5'000'000'000 + int64_t(k) * 1'000'000, 0};
+    double force_n[3];
+    EXPECT_EQ(pal_haptics_tick(session, &tick, force_n), PAL_OK) << pal_last_error();
+    return force_n[2];
+  };
+  double most_n = 0.0, least_n = 0.0;
+  for (int k = 0; k < 3500; ++k) {
+    const double z_m = 0.065 - 25e-6 * std::max(0, k - 2000);
+    most_n = std::max(most_n, force_z_n(opened.session, k, z_m));
+    const double second_n = force_z_n(of_second.session, k, -z_m);
+    least_n = std::min(least_n, second_n);
+    ASSERT_EQ(second_n, force_z_n(of_third.session, k, -z_m)) << k;
+    if (k % 100 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_GT(most_n, 0.5);
+  EXPECT_LT(least_n, -0.5);
+  // The heart beats for both alike.
+  PalState first{}, second{};
+  first.size = second.size = sizeof first;
+  PAL_ASSERT_OK(pal_session_state(opened.session, &first));
+  PAL_ASSERT_OK(pal_session_state(of_second.session, &second));
+  EXPECT_GT(first.volumes[0].time_s, 0.0);
+  EXPECT_EQ(first.volumes[0].time_s, second.volumes[0].time_s);
+  PAL_ASSERT_OK(pal_session_close(&opened.session));
+  PAL_ASSERT_OK(pal_session_close(&of_second.session));
+  for (const std::string& file : files) {
+    PalReplay replay{};
+    replay.size = sizeof replay;
+    PAL_ASSERT_OK(pal_scene_replay(opened.scene, file.c_str(), nullptr, &replay));
+    EXPECT_EQ(replay.ticks, 3500u);
+    EXPECT_EQ(replay.different, 0u);
+  }
+}
+
 TEST(CLibrary, RecordsNoSceneWhoseMotionIsNotKnown) {
   Opened opened;
   open_ball(opened, BallFrames(3));

@@ -73,6 +73,7 @@ SceneSpec sayable() {
   charges.charges = {{{0.1, 0.2, 0.3}, -1.5, 0.01}, {{0.0, 0.0, 0.1}, 2.5, 0.02}};
   charges.box_m = glm::dvec3(0.5);
   scene.volumes = {chest, heart, flow, charges, bytes, bare};
+  scene.tool_radius_m = 0.003;
   const auto mode = [&](const char* name, const char* kind, const char* volume) -> ModeSpec& {
     ModeSpec m;
     m.name = name;
@@ -90,6 +91,7 @@ SceneSpec sayable() {
   wall.segment = "left \"lobe\"";
   mode("soft", "tissue", "a chest & <heart>").gain = 2.0;
   mode("push", "gradient-force", "heart").gain = -0.5;
+  mode("thick", "viscosity", "heart");
   ModeSpec& point = mode("point", "attractor", "heart");
   point.point_m = {0.01, 0.02, 0.03};
   point.range_m = 0.04;
@@ -111,6 +113,7 @@ void expect_same(const SceneSpec& a, const SceneSpec& b) {
   EXPECT_EQ(a.stiffness_n_per_m, b.stiffness_n_per_m);
   EXPECT_EQ(a.damping_n_s_per_m, b.damping_n_s_per_m);
   EXPECT_EQ(a.max_force_n, b.max_force_n);
+  EXPECT_EQ(a.tool_radius_m, b.tool_radius_m);
   expect_near(a.world_from_device, b.world_from_device);
   ASSERT_EQ(a.volumes.size(), b.volumes.size());
   for (size_t k = 0; k < a.volumes.size(); ++k) {

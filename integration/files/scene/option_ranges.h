@@ -13,6 +13,9 @@ inline constexpr NumberRange kRunTimes_s{0.1, 1e6, false, "s"};
 /// Of a session. No force device gives more than 100 N or holds more than 1e5 N/m.
 inline constexpr NumberRange kForces_n{0.01, 100.0, false, "N"};
 inline constexpr NumberRange kStiffnesses_n_per_m{1.0, 1e5, false, "N/m"};
+/// Of the ball that feels. A larger one than a fingertip would hide what it touches.
+inline constexpr NumberRange kToolRadii_m{0.0, 0.02, false, "m"};
+inline constexpr NumberRange kToolRadii_mm{0.0, 20.0, false, "mm"};
 /// Ticks further apart are late. Beyond a second a device that does not answer would hold its force
 /// for longer than a hand can wait.
 inline constexpr NumberRange kWatchdogs_s{0.001, 1.0, false, "s"};

@@ -28,7 +28,7 @@ constexpr NumberRange kCycles_s{0.0, 1e6};  // 0: as the files or the frames per
 
 const std::vector<std::string_view> kKinds = {"surface",   "follow",         "front",
                                               "vortex",    "gradient-force", "vector-force",
-                                              "attractor", "tissue"};
+                                              "attractor", "tissue",         "viscosity"};
 const std::vector<std::string_view> kSources = {"heart",       "heart-exact", "shell",
                                                 "shell-exact", "molecule",    "charges"};
 
@@ -42,6 +42,7 @@ class JsonSceneReader {
     o.number("stiffness_n_per_m", scene_.stiffness_n_per_m, kStiffnesses_n_per_m);
     o.number("damping_n_s_per_m", scene_.damping_n_s_per_m, kDampings_n_s_per_m);
     o.number("max_force_n", scene_.max_force_n, kForces_n);
+    o.number("tool_radius_m", scene_.tool_radius_m, kToolRadii_m);
     read_transform(o, "world_from_device", scene_.world_from_device);
     if (const json* session = o.find("session")) {
       if (!session->is_object())

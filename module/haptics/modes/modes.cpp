@@ -11,6 +11,7 @@ ModeKinds::ModeKinds() {
   add("vector-force", make_force);
   add("attractor", make_attractor);
   add("tissue", make_tissue);
+  add("viscosity", make_viscosity);
 }
 
 std::vector<std::string> ModeKinds::names() const {

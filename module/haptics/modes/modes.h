@@ -23,6 +23,7 @@ namespace palpate {
 /// - vector-force: f = C L: equation (3)
 /// - attractor: a point that pulls
 /// - tissue: a force against going deeper into higher values, without a surface
+/// - viscosity: slows the hand down against the material
 /// Add your own before a scene is made; not while one is. Not thread safe.
 class ModeKinds {
  public:
@@ -45,7 +46,7 @@ class ModeKinds {
 /// What a program and a library of modes must have in common to work together: both compile it from
 /// this header. `interface` counts the changes of what the library calls or is called with.
 struct ModeLibraryStamp {
-  uint32_t interface = 1;
+  uint32_t interface = 2;
   uint32_t spec_bytes = sizeof(ModeSpec);
   uint32_t point_bytes = sizeof(ModePoint);
   friend bool operator==(const ModeLibraryStamp&, const ModeLibraryStamp&) = default;
@@ -67,5 +68,6 @@ Result<std::shared_ptr<const Mode>> make_front(const ModeSpec& spec);
 Result<std::shared_ptr<const Mode>> make_force(const ModeSpec& spec);
 Result<std::shared_ptr<const Mode>> make_attractor(const ModeSpec& spec);
 Result<std::shared_ptr<const Mode>> make_tissue(const ModeSpec& spec);
+Result<std::shared_ptr<const Mode>> make_viscosity(const ModeSpec& spec);
 
 }  // namespace palpate

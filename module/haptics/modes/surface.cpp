@@ -34,6 +34,7 @@ class Surface final : public Mode {
 
   void place(const ModePoint& at, PrimitiveSink& out) const noexcept override {
     const double value = at.data.scalar();
+    if (of_distance_ && at.ball) return place_ball(value, at, out);
     double strength = strength_(value);
     if (!(strength > 0.0)) return;
     const glm::dvec3 uphill = at.data.vector();
@@ -46,6 +47,20 @@ class Surface final : public Mode {
   }
 
  private:
+  /// A ball is as deep behind a surface as its middle and its reach towards it: exact wherever the
+  /// distance is, also where two walls meet.
+  void place_ball(double middle_mm, const ModePoint& at, PrimitiveSink& out) const noexcept {
+    const glm::dvec3 uphill = at.data.vector();
+    const double slope = glm::length(uphill);
+    if (!(slope > kFlat_per_m * std::abs(middle_mm))) return;
+    const double reach_mm = kMm_per_m * at.ball->reach_m(uphill / slope);
+    const double share = sure(slope / kMm_per_m);
+    if (const double mm = middle_mm + reach_mm; entering_)
+      out.surface(at.proxy, -uphill, share * strength_(mm), friction_(mm));
+    if (const double mm = middle_mm - reach_mm; leaving_)
+      out.surface(at.proxy, uphill, share * strength_(mm), friction_(mm));
+  }
+
   bool of_distance_;  ///< it reads a signed distance, mm
   TransferFunction strength_, friction_;
   bool entering_, leaving_;

@@ -12,18 +12,26 @@ namespace {
 class Tissue final : public Mode {
  public:
   explicit Tissue(const ModeSpec& spec)
-      : strength_(spec.strength), full_slope_per_m_(1e3 * spec.gain) {}
+      : of_distance_(!spec.segment.empty()),
+        strength_(spec.strength),
+        full_slope_per_m_(1e3 * spec.gain) {}
 
   void place(const ModePoint& at, PrimitiveSink& out) const noexcept override {
-    const double strength = strength_(at.data.scalar());
-    if (!(strength > 0.0)) return;
+    double value = at.data.scalar();
+    const bool reaches = of_distance_ && at.ball;
+    if (!reaches && !(strength_(value) > 0.0)) return;
     const glm::dvec3 deeper = at.data.vector();
     const double slope = glm::length(deeper);
     if (!(slope > 0.0)) return;
+    // A ball is as deep as its deepest point.
+    if (reaches) value += 1e3 * at.ball->reach_m(deeper / slope);
+    const double strength = strength_(value);
+    if (!(strength > 0.0)) return;
     out.force(-deeper, strength * std::min(1.0, slope / full_slope_per_m_));
   }
 
  private:
+  bool of_distance_;  ///< it reads a signed distance, mm
   TransferFunction strength_;
   double full_slope_per_m_;
 };

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "module/haptics/proxy/back_track.h"
+#include "module/haptics/proxy/ball_contact.h"
 #include "module/haptics/proxy/local_reader.h"
 #include "module/haptics/proxy/world_sink.h"
 #include "module/scene/cycle_closing.h"
@@ -70,8 +71,10 @@ void tell_surface_values(const LocalData& data, const ModeSpec& mode, const glm:
 /// Data that do not move. The volume may move as a whole; then the point moves with it.
 class StillCarrier final : public Carrier {
  public:
-  explicit StillCarrier(const VolumeRun& volume)
-      : volume_(volume), data_(*volume.plan->data), frame_(*data_.frames.front()) {}
+  StillCarrier(const VolumeRun& volume, double tool_radius_m)
+      : volume_(volume), data_(*volume.plan->data), frame_(*data_.frames.front()) {
+    tool_radius_m_ = tool_radius_m;
+  }
 
   void carry() noexcept override {
     at_ = volume_.world(material_);
@@ -84,11 +87,18 @@ class StillCarrier final : public Carrier {
   }
   void place(const SceneMode& mode, glm::dvec3 probe, double dt_s, double weight, double cap_n,
              Placed& out) noexcept override {
-    const StillReader data(source_of(mode, data_, 0), mode.spec, material_, read_);
+    const FrameData& frame = source_of(mode, data_, 0);
+    std::optional<ToolBall> ball;
+    glm::dvec3 place = material_;
+    if (tool_radius_m_ > 0.0) {
+      ball = ball_in_data(tool_radius_m_, volume_.linear);
+      if (mode.reads_contact) place = ball_contact(frame, material_, *ball, contact_);
+    }
+    const StillReader data(frame, mode.spec, place, read_);
     const auto forward = [this](glm::dvec3 x) { return volume_.world(x); };
-    WorldSink sink(out.set, volume_.linear, material_, at_, weight, cap_n, forward);
+    WorldSink sink(out, volume_.linear, material_, at_, weight, cap_n, forward);
     const int first = out.set.count();
-    mode.mode->place({data, material_, volume_.volume(probe), dt_s}, sink);
+    mode.mode->place({data, material_, volume_.volume(probe), dt_s, ball ? &*ball : nullptr}, sink);
     tell_surface_values(data, mode.spec, volume_.linear, at_, first, out);
     report_.unsound |= !data.sound();
   }
@@ -105,7 +115,10 @@ class StillCarrier final : public Carrier {
 /// how what they place comes to the world.
 class MovingCarrier : public Carrier {
  public:
-  explicit MovingCarrier(const VolumeRun& volume) : volume_(volume), data_(*volume.plan->data) {}
+  MovingCarrier(const VolumeRun& volume, double tool_radius_m)
+      : volume_(volume), data_(*volume.plan->data) {
+    tool_radius_m_ = tool_radius_m;
+  }
 
   bool go_to(glm::dvec3 world) noexcept override {
     const glm::dvec3 target = volume_.volume(world);
@@ -122,22 +135,28 @@ class MovingCarrier : public Carrier {
     // Where the mode's primitives go: through the motion, then with the volume.
     const glm::dmat3 derivative = volume_.linear * stretch();
     const auto to_world = [this](glm::dvec3 x) { return volume_.world(moved(x)); };
-    WorldSink sink(out.set, derivative, material_, at_, weight, cap_n, to_world);
+    WorldSink sink(out, derivative, material_, at_, weight, cap_n, to_world);
     const glm::dvec3 probe_here = mode.mode->wants_probe() ? hand_in_data(probe) : material_;
     const int first = out.set.count();
+    const FrameData& frame = source_of(mode, data_, frame_);
+    std::optional<ToolBall> ball;
+    glm::dvec3 place = material_;
+    if (tool_radius_m_ > 0.0) {
+      ball = ball_in_data(tool_radius_m_, derivative);
+      if (mode.reads_contact) place = ball_contact(frame, material_, *ball, contact_);
+    }
     // The mode reads one frame, or what lies between two.
     const auto place_with = [&](const auto& data) {
-      mode.mode->place({data, material_, probe_here, dt_s}, sink);
+      mode.mode->place({data, material_, probe_here, dt_s, ball ? &*ball : nullptr}, sink);
       tell_surface_values(data, mode.spec, derivative, at_, first, out);
       report_.unsound |= !data.sound();
     };
-    const FrameData& frame = source_of(mode, data_, frame_);
     if (const std::optional<int> next = blended_frame())
-      place_with(BlendedReader(frame, source_of(mode, data_, *next), mode.spec, material_,
-                               material_in_next(), motion_.jacobian, volume_.pointer.phase, read_,
+      place_with(BlendedReader(frame, source_of(mode, data_, *next), mode.spec, place,
+                               in_next(place), motion_.jacobian, volume_.pointer.phase, read_,
                                read_next_));
     else
-      place_with(StillReader(frame, mode.spec, material_, read_));
+      place_with(StillReader(frame, mode.spec, place, read_));
   }
 
  protected:
@@ -154,6 +173,12 @@ class MovingCarrier : public Carrier {
   /// The frame to which the data are blended, and the material point in it; empty: none.
   virtual std::optional<int> blended_frame() const noexcept { return std::nullopt; }
   virtual glm::dvec3 material_in_next() const noexcept { return material_; }
+  /// Where a place near the material point is in it.
+  glm::dvec3 in_next(glm::dvec3 place) const noexcept {
+    const glm::dvec3 aside = place - material_;
+    if (aside == glm::dvec3(0.0)) return material_in_next();
+    return material_in_next() + aside + motion_.jacobian * aside;
+  }
 
   /// The material at a place near the point: as far from it as now.
   glm::dvec3 near(glm::dvec3 target) const noexcept {
@@ -196,8 +221,8 @@ class MovingCarrier : public Carrier {
 /// in.
 class FlowingCarrier final : public MovingCarrier {
  public:
-  FlowingCarrier(const VolumeRun& volume, const Motion* motion)
-      : MovingCarrier(volume),
+  FlowingCarrier(const VolumeRun& volume, const Motion* motion, double tool_radius_m)
+      : MovingCarrier(volume, tool_radius_m),
         motion_of_(motion),
         method_(volume.plan->spec.back_tracking),
         blend_(volume.plan->blends) {}
@@ -307,8 +332,8 @@ class FlowingCarrier final : public MovingCarrier {
 /// frame, and time only says where it is now. There are no borders between frames.
 class MaterialCarrier final : public MovingCarrier {
  public:
-  explicit MaterialCarrier(const VolumeRun& volume)
-      : MovingCarrier(volume), now_(*data_.whole, data_.whole->basis().at(0, 0.0)) {
+  MaterialCarrier(const VolumeRun& volume, double tool_radius_m)
+      : MovingCarrier(volume, tool_radius_m), now_(*data_.whole, data_.whole->basis().at(0, 0.0)) {
     set_stride();
   }
 
@@ -374,16 +399,17 @@ void VolumeRun::set(const Transform& to) noexcept {
   least_scale = std::min({transform.scale.x, transform.scale.y, transform.scale.z});
 }
 
-std::unique_ptr<Carrier> make_carrier(const SceneCarrier& plan, const VolumeRun& volume) {
+std::unique_ptr<Carrier> make_carrier(const SceneCarrier& plan, const VolumeRun& volume,
+                                      double tool_radius_m) {
   switch (volume.plan->phase) {
     case DataStage::kStill:
-      return std::make_unique<StillCarrier>(volume);
+      return std::make_unique<StillCarrier>(volume, tool_radius_m);
     case DataStage::kMaterial:
-      return std::make_unique<MaterialCarrier>(volume);
+      return std::make_unique<MaterialCarrier>(volume, tool_radius_m);
     case DataStage::kFrames:
       break;
   }
-  return std::make_unique<FlowingCarrier>(volume, plan.motion);
+  return std::make_unique<FlowingCarrier>(volume, plan.motion, tool_radius_m);
 }
 
 }  // namespace palpate

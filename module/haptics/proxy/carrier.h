@@ -91,11 +91,14 @@ class Carrier {
   glm::dvec3 material_{0.0};  ///< the same point in its data frame, volume space
   MotionSample motion_{};     ///< the field there; stays zero where nothing flows
   double stride_m_ = 1e-3;
+  double tool_radius_m_ = 0.0;  ///< world; 0: a point
+  glm::dvec3 contact_{0.0};     ///< from the middle of a ball of radius 1 to where it last touched
   CarrierReport report_;
 };
 
 /// Makes the carrier for a volume and motion; where the data do not move it is one without any
-/// time.
-std::unique_ptr<Carrier> make_carrier(const SceneCarrier& plan, const VolumeRun& volume);
+/// time. tool_radius_m: of the ball that touches, world; 0: a point.
+std::unique_ptr<Carrier> make_carrier(const SceneCarrier& plan, const VolumeRun& volume,
+                                      double tool_radius_m);
 
 }  // namespace palpate

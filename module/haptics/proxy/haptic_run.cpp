@@ -55,7 +55,7 @@ HapticRun::HapticRun(std::shared_ptr<const Scene> of) : scene(std::move(of)) {
   }
   for (const SceneCarrier& plan : scene->carriers) {
     CarrierRun run;
-    run.carrier = make_carrier(plan, volumes[plan.volume]);
+    run.carrier = make_carrier(plan, volumes[plan.volume], scene->tool_radius_m);
     run.carrier->carry();
     carriers.push_back(std::move(run));
   }
@@ -103,6 +103,7 @@ void HapticRun::place_proxy(glm::dvec3 world) noexcept {
   for (CarrierRun& run : carriers) {
     run.frozen = !run.carrier->put(world);
     run.fade = run.frozen ? 0.0 : 1.0;
+    run.material_m = world;
   }
 }
 

@@ -36,6 +36,8 @@ struct CarrierRun {
   double cap_n = std::numeric_limits<double>::infinity();
   bool frozen = false;        ///< in this haptic frame
   glm::dvec3 carried_m{0.0};  ///< how far the material took the proxy in this haptic frame, world
+  /// where the proxy of the last haptic frame is now, if it moves with the material; world
+  glm::dvec3 material_m{0.0};
 
   /// Moves the carrier to the proxy at the end of the frame and continues its fade; felt_n is the
   /// force on the hand. Real-time safe.

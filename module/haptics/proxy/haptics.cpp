@@ -139,6 +139,7 @@ void Haptics::move_on(const TickInput& input, double dt_s) noexcept {
     const glm::dvec3 before = carrier.carrier->at();
     carrier.carrier->carry();
     carrier.carried_m = carrier.carrier->at() - before;
+    carrier.material_m = proxy_ + carrier.carried_m;
   }
 }
 
@@ -174,9 +175,14 @@ glm::dvec3 Haptics::force_n(glm::dvec3 probe, const TickInput& input, double dt_
   frame.step_m = probe - last_probe_;
   frame.stiffness_n_per_m = run_->stiffness_n_per_m;
   frame.dt_s = dt_s;
+  // Viscous material yields to the force that was felt: how far, the last frame's drag says.
+  const double yields_m =
+      drag_n_s_per_m_ > 0.0 ? glm::length(last_wanted_) * dt_s / drag_n_s_per_m_ : 0.0;
   for (size_t c = 0; c < run_->carriers.size(); ++c) {
     const CarrierRun& run = run_->carriers[c];
-    run_->material_steps[c] = {run.carried_m, run.carrier->report().rough || run.frozen};
+    glm::dvec3 step_m = run.carried_m;
+    if (yields_m > 0.0) step_m += shortened(proxy_ - run.material_m, yields_m);
+    run_->material_steps[c] = {step_m, run.carrier->report().rough || run.frozen};
   }
   frame.materials = run_->material_steps;
   return frame.spring_n + bridge_.step(frame, options_.meter_energy ? &tank_ : nullptr);
@@ -233,6 +239,7 @@ TickOutput Haptics::tick(const TickInput& input) noexcept {
     move_on(input, dt_s);
     const Sweep swept = move_proxy(probe, dt_s);
     out.wanted_n = force_n(probe, input, dt_s);
+    drag_n_s_per_m_ = swept.drag_n_s_per_m;
     out.substeps = uint8_t(std::min(swept.pieces, 255));
     out.primitives = uint8_t(swept.primitives);
     guard.touching = swept.touching;

@@ -74,7 +74,8 @@ class Haptics final : public Ticker {
   glm::dvec3 proxy_{0.0};       ///< world
   glm::dvec3 last_probe_{0.0};  ///< world, predicted; the last good one
   glm::dvec3 last_wanted_{0.0};
-  glm::dvec3 slipped_n_{0.0};  ///< world: of the spring, what the tank did not pay for
+  glm::dvec3 slipped_n_{0.0};    ///< world: of the spring, what the tank did not pay for
+  double drag_n_s_per_m_ = 0.0;  ///< of the material in the last frame
   ForceBridge bridge_;
   bool placed_ = false;  ///< proxy_ has been put to a probe
   bool empty_ = true;

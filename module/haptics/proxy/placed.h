@@ -18,7 +18,9 @@ struct Placed {
   PrimitiveSet set;
   std::array<SurfaceValue, PrimitiveSet::kCapacity> surface_value;
   std::array<uint8_t, PrimitiveSet::kCapacity> owner;  ///< of each, the index of its mode
-  glm::dvec3 pull{0.0};  ///< where the probe acts: shifted by the directed forces
+  glm::dvec3 pull{0.0};         ///< where the probe acts: shifted by the directed forces
+  double drag_n_s_per_m = 0.0;  ///< of all modes
+  glm::dvec3 drag_at_n_s{0.0};  ///< sum of each mode's drag times where its material is, world
 };
 
 }  // namespace palpate

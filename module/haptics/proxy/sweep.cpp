@@ -36,16 +36,21 @@ constexpr double kMostBack = 0.25;
 // the proxy along by its values alone, per frame; in strides.
 constexpr double kSunk = 0.2, kMostSettled = 0.03;
 
+// Where a scene is exchanged no time passes: a damper then holds the proxy.
+constexpr double kShortestDrag_s = 1e-6;
+
 class Way {
  public:
   Way(HapticRun& run, glm::dvec3 probe, double stiffness, double dt_s)
-      : run_(run), probe_(probe), stiffness_(stiffness), dt_s_(dt_s) {}
+      : run_(run), hand_(probe), probe_(probe), stiffness_(stiffness), dt_s_(dt_s) {}
 
   Sweep go() noexcept {
     Sweep result;
     Placed *here = &run_.scratch[0], *there = &run_.scratch[1], *between = &run_.scratch[2];
     for (size_t c = 0; c < run_.carriers.size(); ++c) starts_[c] = run_.carriers[c].carrier->mark();
     place(*here);
+    result.drag_n_s_per_m = here->drag_n_s_per_m;
+    if (here->drag_n_s_per_m > 0.0) join_drag(*here);
     settle(*here);
     while (result.pieces < kMostPieces && samples_ < kMostSweepSamples) {
       Balance balance = solve(*here, result);
@@ -119,6 +124,8 @@ class Way {
   void place(Placed& placed) noexcept {
     samples_ += int(run_.modes.size());
     placed.set.clear();
+    placed.drag_n_s_per_m = 0.0;
+    placed.drag_at_n_s = glm::dvec3(0.0);
     for (size_t m = 0; m < run_.modes.size(); ++m) {
       ModeRun& mode = run_.modes[m];
       const SceneMode& plan = run_.scene->modes[m];
@@ -126,18 +133,34 @@ class Way {
       const double weight = mode.weight * mode.gain * carrier.fade;
       if (!(weight > 0.0)) continue;
       const int before = placed.set.count();
-      carrier.carrier->place(plan, probe_, dt_s_, weight, carrier.cap_n * carrier.fade, placed);
+      const double dragged = placed.drag_n_s_per_m;
+      carrier.carrier->place(plan, hand_, dt_s_, weight, carrier.cap_n * carrier.fade, placed);
       double strongest = 0.0;
       for (int i = before; i < placed.set.count(); ++i) {
         placed.owner[i] = uint8_t(m);
         strongest = std::max(strongest, placed.set[i].strength_n);
       }
       mode.placed_n = strongest / weight;
+      placed.drag_at_n_s += (placed.drag_n_s_per_m - dragged) * carrier.material_m;
     }
+    pull(placed);
+  }
+
+  void pull(Placed& placed) const noexcept {
     placed.pull = probe_;
     for (const Primitive& p : placed.set)
       if (p.kind == Primitive::Kind::kForce)
         placed.pull += p.direction * (p.strength_n / stiffness_);
+  }
+
+  /// Damper and spring are one spring: b/(2 dt) |x - a|^2 + k/2 |x - probe|^2 is, but for a
+  /// constant, (k + b/dt)/2 |x - y|^2 with y between a and the probe.
+  void join_drag(Placed& here) noexcept {
+    const glm::dvec3 material = here.drag_at_n_s / here.drag_n_s_per_m;
+    const double together = stiffness_ + here.drag_n_s_per_m / std::max(dt_s_, kShortestDrag_s);
+    probe_ = material + (stiffness_ / together) * (hand_ - material);
+    stiffness_ = together;
+    pull(here);
   }
 
   /// How far it is to a point, in metres and in strides of the carrier with the shortest stride;
@@ -335,6 +358,9 @@ class Way {
   }
 
   HapticRun& run_;
+  glm::dvec3 hand_;
+  // Where the spring that the primitives act against is fixed, and its stiffness: the hand's, or
+  // with the damper of viscous material both together.
   glm::dvec3 probe_;
   double stiffness_, dt_s_;
   double strides_ = 0.0, length_ = 0.0;

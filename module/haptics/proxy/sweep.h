@@ -6,11 +6,12 @@ namespace palpate {
 
 /// What taking the proxy to its balance found.
 struct Sweep {
-  glm::dvec3 proxy{0.0};    ///< world, m
-  int pieces = 0;           ///< into which the way was cut
-  int primitives = 0;       ///< of the last balance
-  double residual_n = 0.0;  ///< of the last balance
-  bool touching = false;    ///< some primitive acts on the proxy
+  glm::dvec3 proxy{0.0};        ///< world, m
+  int pieces = 0;               ///< into which the way was cut
+  int primitives = 0;           ///< of the last balance
+  double residual_n = 0.0;      ///< of the last balance
+  bool touching = false;        ///< some primitive acts on the proxy
+  double drag_n_s_per_m = 0.0;  ///< of the material at the start of the way
 };
 
 /// Moves the proxy from where its carriers have it to where spring and primitives balance (equation
@@ -19,7 +20,10 @@ struct Sweep {
 /// nothing is stepped over, however fast hand and data are. A surface that is newly met is found by
 /// regula falsi, to a fifth of a micrometre. A piece along a surface is repeated with the mean of
 /// the primitives at its ends (midpoint rule), so that sliding over a curved surface neither digs
-/// in nor lifts off. A carrier whose point can not be found stays where it is. Real-time safe;
+/// in nor lifts off. Drag is an implicit damper, read where the frame begins: with the coefficient
+/// b the proxy x minimizes b/(2 dt) |x - a|^2 beside the spring's k/2 |x - probe|^2 (a: where the
+/// material has taken the proxy), so that without other primitives k (probe - x) = b (x - a)/dt at
+/// every step size. A carrier whose point can not be found stays where it is. Real-time safe;
 /// after 48 pieces or 96 samples of the data (one per mode and place) the rest of the way is left
 /// to the next frame.
 Sweep sweep(HapticRun& run, glm::dvec3 probe, double stiffness_n_per_m, double dt_s) noexcept;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "module/haptics/mode.h"
+#include "module/haptics/proxy/placed.h"
 
 namespace palpate {
 
@@ -15,7 +16,7 @@ class WorldSink final : public PrimitiveSink {
  public:
   /// proxy: where the proxy is in the data frame, at: in the world (so that what is placed there
   /// needs no map).
-  WorldSink(PrimitiveSet& out, const glm::dmat3& derivative, glm::dvec3 proxy, glm::dvec3 at,
+  WorldSink(Placed& out, const glm::dmat3& derivative, glm::dvec3 proxy, glm::dvec3 at,
             double weight, double cap_n, const Forward& forward)
       : out_(out),
         derivative_(derivative),
@@ -41,6 +42,9 @@ class WorldSink final : public PrimitiveSink {
   void force(glm::dvec3 tangent, double strength_n) noexcept override {
     add(Primitive::Kind::kForce, at_, derivative_ * tangent, strength_n, 0.0);
   }
+  void drag(double n_s_per_m) noexcept override {
+    if (n_s_per_m > 0.0 && std::isfinite(n_s_per_m)) out_.drag_n_s_per_m += weight_ * n_s_per_m;
+  }
 
  private:
   glm::dvec3 world(glm::dvec3 x) const { return x == proxy_ ? at_ : forward_(x); }
@@ -53,10 +57,10 @@ class WorldSink final : public PrimitiveSink {
         !std::isfinite(strength_n) || !std::isfinite(glm::dot(position, position)))
       return;
     const double strength = std::min(strength_n * weight_, cap_n_);
-    out_.add({kind, position, direction / length, strength, friction > 0.0 ? friction : 0.0});
+    out_.set.add({kind, position, direction / length, strength, friction > 0.0 ? friction : 0.0});
   }
 
-  PrimitiveSet& out_;
+  Placed& out_;
   const glm::dmat3& derivative_;
   glm::dvec3 proxy_, at_;
   double weight_, cap_n_;

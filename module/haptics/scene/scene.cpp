@@ -92,6 +92,8 @@ Status check_numbers(const SceneSpec& spec, const std::vector<ModeSpec>& modes) 
     return bad("The scene's stiffness must be a number above 0 (N/m).");
   if (!(spec.damping_n_s_per_m >= 0.0) || !std::isfinite(spec.damping_n_s_per_m))
     return bad("The scene's damping must be a number that is not negative (N s/m).");
+  if (!(spec.tool_radius_m >= 0.0) || !std::isfinite(spec.tool_radius_m))
+    return bad("The tool's radius must be a number that is not negative (m).");
   if (const Status fine = check(spec.world_from_device); !fine)
     return bad("The place of the device: " + fine.error().message);
   for (const VolumeSpec& volume : spec.volumes) {
@@ -132,6 +134,7 @@ Result<std::shared_ptr<const Scene>> plan(const SceneSpec& spec,
   auto scene = std::make_shared<Scene>();
   scene->stiffness_n_per_m = spec.stiffness_n_per_m;
   scene->damping_n_s_per_m = spec.damping_n_s_per_m;
+  scene->tool_radius_m = spec.tool_radius_m;
   scene->world_from_device = spec.world_from_device;
   for (size_t v = 0; v < data.size(); ++v) {
     if (const Status fits = check(*data[v]); !fits) return fits.error();
@@ -149,6 +152,8 @@ Result<std::shared_ptr<const Scene>> plan(const SceneSpec& spec,
     auto of_kind = kinds.make(mode);
     if (!of_kind) return of_kind.error();
     made.mode = std::move(*of_kind);
+    made.reads_contact = spec.tool_radius_m > 0.0 && mode.kind == "surface" && made.segment < 0 &&
+                         mode.scalar == ScalarProperty::kValue && !mode.leaving && !mode.two_sided;
     scene->modes.push_back(std::move(made));
   }
   return std::shared_ptr<const Scene>(scene);

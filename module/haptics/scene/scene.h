@@ -48,6 +48,8 @@ struct SceneMode {
   std::shared_ptr<const Mode> mode;
   int carrier = 0;   ///< index: the volume and motion that carry it
   int segment = -1;  ///< index of the volume's segment that it reads; -1: the values
+  /// the tool is a ball, and the mode a surface of values, which are read where it touches them
+  bool reads_contact = false;
 };
 
 /// One motion of a volume's data. Modes of one volume that name the same motion share the carrier,
@@ -66,6 +68,7 @@ struct Scene {
   std::vector<SceneCarrier> carriers;  ///< only those that a mode needs
   double stiffness_n_per_m = 600.0;
   double damping_n_s_per_m = 0.0;
+  double tool_radius_m = 0.0;  ///< world; 0: a point
   Transform world_from_device;
 };
 

@@ -16,6 +16,12 @@ struct VolumeSnapshot {
   double rate = 0.0;    ///< s per s, ramps included
 };
 
+/// A second hand's own haptic frame.
+struct HandSnapshot {
+  glm::dvec3 probe_m{0.0}, proxy_m{0.0}, shaft{0.0}, force_n{0.0};  ///< as in SceneSnapshot
+  bool in_contact = false;
+};
+
 /// What a viewer needs to know of a haptic frame: plain data, handed over by value.
 struct SceneSnapshot {
   static constexpr int kMostVolumes = 8;
@@ -29,6 +35,8 @@ struct SceneSnapshot {
   glm::dvec3 force_n{0.0};  ///< that reaches the hand, along the world's axes
   Cause cause = Cause::kStarting;
   bool in_contact = false;
+  bool has_second = false;  ///< a second device feels the scene, too
+  HandSnapshot second;
 };
 
 }  // namespace palpate

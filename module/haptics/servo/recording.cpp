@@ -143,10 +143,11 @@ Result<Recording> Recording::parse(const std::string& name, std::string bytes) {
   const std::string_view all = recording.bytes_;
   FieldDecoder decoder{all, std::min(all.size(), kRecordingMagic.size())};
   const auto version = decoder.whole<uint32_t>();
-  if (decoder.good && version != kRecordingVersion)
+  if (decoder.good && (version < kOldestRecording || version > kRecordingVersion))
     return refuse("the recording is of version " + std::to_string(version) +
-                  ", this program reads " + std::to_string(kRecordingVersion) +
-                  ": use the program that made it.");
+                  ", this program reads " + std::to_string(kOldestRecording) + " to " +
+                  std::to_string(kRecordingVersion) + ": use the program that made it.");
+  recording.version_ = version;
   const auto scene_size = decoder.whole<uint32_t>();
   if (!decoder.good || all.size() - decoder.at < scene_size) return cut_off();
   recording.scene_ = all.substr(decoder.at, scene_size);
@@ -169,7 +170,7 @@ Result<Recording> Recording::parse(const std::string& name, std::string bytes) {
   };
   for (; decoder.at < all.size() && all[decoder.at] == 'T'; ++found) {
     const size_t tick = decoder.at++;
-    if (decode_tick(decoder, input, output)) continue;
+    if (decode_tick(decoder, version, input, output)) continue;
     if (decoder.good) return damaged();
     return as_far_as(tick);
   }
@@ -188,7 +189,7 @@ Result<Recording> Recording::parse(const std::string& name, std::string bytes) {
 bool Recording::next(TickInput& input, TickOutput& output) {
   if (at_ >= end_) return false;
   FieldDecoder decoder{bytes_, at_ + 1};
-  decode_tick(decoder, input, output);  // was looked at in parse()
+  decode_tick(decoder, version_, input, output);  // was looked at in parse()
   at_ = decoder.at;
   return true;
 }

@@ -81,7 +81,8 @@ struct FieldDecoder {
 };
 
 inline constexpr std::string_view kRecordingMagic{"palpate-ticks\r\n\x1a", 16};
-inline constexpr uint32_t kRecordingVersion = 1;
+inline constexpr uint32_t kRecordingVersion = 2;
+inline constexpr uint32_t kOldestRecording = 1;  ///< without how the grip is held
 inline constexpr size_t kLongestScene = 1 << 20;
 
 /// FNV-1a, 64 bits, continued: notices damage, not malice.
@@ -99,11 +100,14 @@ inline void encode_tick(const TickInput& input, const TickOutput& output, std::s
   visit_input(input, encoder);
   for (int k = 0; k < input.pose_count; ++k) visit_pose(input.poses[size_t(k)], encoder);
   for (int k = 0; k < input.event_count; ++k) visit_event(input.events[size_t(k)], encoder);
+  visit_grip(input.reading.grip, encoder);
   visit_output(output, encoder);
 }
 
-/// Decodes what follows the 'T'. False if it is cut off or has impossible values.
-inline bool decode_tick(FieldDecoder& decoder, TickInput& input, TickOutput& output) {
+/// Decodes what follows the 'T' in a recording of this version. False if it is cut off or has
+/// impossible values.
+inline bool decode_tick(FieldDecoder& decoder, uint32_t version, TickInput& input,
+                        TickOutput& output) {
   input = TickInput{};
   output = TickOutput{};
   input.pose_count = decoder.whole<uint8_t>();
@@ -113,6 +117,7 @@ inline bool decode_tick(FieldDecoder& decoder, TickInput& input, TickOutput& out
   visit_input(input, decoder);
   for (int k = 0; k < input.pose_count; ++k) visit_pose(input.poses[size_t(k)], decoder);
   for (int k = 0; k < input.event_count; ++k) visit_event(input.events[size_t(k)], decoder);
+  if (version >= 2) visit_grip(input.reading.grip, decoder);
   visit_output(output, decoder);
   return decoder.good && decoder.possible;
 }

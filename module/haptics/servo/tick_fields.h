@@ -24,7 +24,7 @@ void visit_event(Event& event, Visit&& visit) {
   visit("event_value", "", event.value);
 }
 
-/// All but poses and events.
+/// All but poses, events and the grip.
 template <class Input, class Visit>
 void visit_input(Input& input, Visit&& visit) {
   visit("dt", "s", input.dt_s);
@@ -36,6 +36,18 @@ void visit_input(Input& input, Visit&& visit) {
   visit("fresh", "", input.reading.fresh);
   visit("late", "", input.late);
   visit("stop", "", input.stop);
+}
+
+/// How the grip is held: only what the device senses. Since version 2 of the recording.
+template <class Grip, class Visit>
+void visit_grip(Grip& grip, Visit&& visit) {
+  visit("grip_turns", "", grip.turns);
+  visit("grip_opens", "", grip.opens);
+  if (grip.turns) {
+    visit("grip_rotation", "", grip.device_from_grip);
+    visit("grip_angular_velocity", "rad/s", grip.angular_velocity_rad_per_s);
+  }
+  if (grip.opens) visit("grip_opening", "rad", grip.opening_rad);
 }
 
 template <class Output, class Visit>

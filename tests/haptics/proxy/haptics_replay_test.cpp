@@ -24,7 +24,7 @@ SceneSpec two_volumes() {
   spec.volumes[1].drive.kind = DriveSpec::Kind::kTurn;
   spec.volumes[1].path = PosePath::kExact;
   spec.volumes[1].transform.translation_m = {0.012, 0.0, 0.0};
-  for (const char* kind : {"surface", "gradient-force", "attractor", "tissue"}) {
+  for (const char* kind : {"surface", "gradient-force", "attractor", "tissue", "viscosity"}) {
     spec.modes.push_back(spec.modes[0]);
     spec.modes.back().name = kind;
     spec.modes.back().kind = kind;

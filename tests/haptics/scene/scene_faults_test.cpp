@@ -83,7 +83,8 @@ std::shared_ptr<MovingVolume> half_ball(double border_m, int frames = 1) {
 }
 
 TEST(SceneFaults, DataThatAreNoNumbersFadeWhereTheHandComesToThem) {
-  for (const char* kind : {"surface", "gradient-force", "follow", "front", "attractor", "tissue"}) {
+  for (const char* kind :
+       {"surface", "gradient-force", "follow", "front", "attractor", "tissue", "viscosity"}) {
     SceneSpec spec = shell_spec(6.0, 0.2, kFaultStiffness);
     spec.modes[0].kind = kind;
     if (spec.modes[0].kind != "surface") spec.modes[0].strength = TransferFunction::constant(1.0);

@@ -34,6 +34,7 @@ inline void random_tick(std::mt19937_64& random, TickInput& input, TickOutput& o
   input.event_count = int(random() % 5);
   for (int k = 0; k < input.pose_count; ++k) visit_pose(input.poses[size_t(k)], fields);
   for (int k = 0; k < input.event_count; ++k) visit_event(input.events[size_t(k)], fields);
+  visit_grip(input.reading.grip, fields);
   visit_output(output, fields);
 }
 

@@ -82,6 +82,70 @@ TEST_F(RecordingFile, GivesBackEveryBitOfEveryTick) {
   }
 }
 
+// Version 1, from before the grip was kept, byte by byte as it was written.
+TEST_F(RecordingFile, OfTheFirstVersionIsReadWithoutAGrip) {
+  std::string whole(kRecordingMagic);
+  FieldEncoder encoder{whole};
+  encoder.whole(uint32_t(1));
+  encoder.whole(uint32_t(5));
+  whole += "heart";
+  encoder.whole(int64_t(1'000'000));
+  std::mt19937_64 random(12);
+  std::vector<std::string> ticks;
+  for (int k = 0; k < 20; ++k) {
+    TickInput input;
+    TickOutput output;
+    test::random_tick(random, input, output);
+    whole += 'T';
+    encoder.whole(uint8_t(input.pose_count));
+    encoder.whole(uint8_t(input.event_count));
+    visit_input(input, encoder);
+    for (int p = 0; p < input.pose_count; ++p) visit_pose(input.poses[size_t(p)], encoder);
+    for (int e = 0; e < input.event_count; ++e) visit_event(input.events[size_t(e)], encoder);
+    visit_output(output, encoder);
+    input.reading.grip = {};
+    encode_tick(input, output, ticks.emplace_back());
+  }
+  whole += 'E';
+  encoder.whole(uint64_t(20));
+  encoder.whole(uint64_t(0));
+  encoder.whole(hash_on(kEmptyHash, whole));
+  auto recording = Recording::parse("old.ticks", whole);
+  ASSERT_TRUE(recording) << recording.error().message;
+  EXPECT_EQ(recording->scene(), "heart");
+  TickInput input;
+  TickOutput output;
+  for (const std::string& tick : ticks) {
+    ASSERT_TRUE(recording->next(input, output));
+    std::string again;
+    encode_tick(input, output, again);
+    ASSERT_EQ(again, tick);
+  }
+  EXPECT_FALSE(recording->next(input, output));
+}
+
+TEST_F(RecordingFile, KeepsHowTheGripIsHeld) {
+  TickInput input;
+  input.reading.grip.turns = input.reading.grip.opens = true;
+  input.reading.grip.device_from_grip = glm::angleAxis(0.7, glm::dvec3(0.0, 0.6, 0.8));
+  input.reading.grip.angular_velocity_rad_per_s = {1.0, -2.0, 3.0};
+  input.reading.grip.opening_rad = 0.25;
+  auto writer = RecordingWriter::create(path_, "", 1'000'000);
+  ASSERT_TRUE(writer);
+  writer->hear(input, {});
+  ASSERT_TRUE(writer->finish(0));
+  auto recording = Recording::read(path_);
+  ASSERT_TRUE(recording) << recording.error().message;
+  TickInput read;
+  TickOutput output;
+  ASSERT_TRUE(recording->next(read, output));
+  const GripReading &was = input.reading.grip, &is = read.reading.grip;
+  EXPECT_TRUE(is.turns && is.opens);
+  EXPECT_EQ(is.device_from_grip, was.device_from_grip);
+  EXPECT_EQ(is.angular_velocity_rad_per_s, was.angular_velocity_rad_per_s);
+  EXPECT_EQ(is.opening_rad, was.opening_rad);
+}
+
 TEST(TickBytes, AreLittleEndianWithoutGaps) {
   std::string bytes;
   TickInput input;
@@ -141,8 +205,8 @@ TEST_F(RecordingFile, SaysWhatIsWrongWithForeignAndOtherVersions) {
   write_random(9, 1);
   EXPECT_THAT(sentence("NRRD0004\ntype: short\n"), HasSubstr("no recording of palpate"));
   std::string newer = bytes();
-  newer[kRecordingMagic.size()] = 2;
-  EXPECT_THAT(sentence(newer), HasSubstr("version 2, this program reads 1"));
+  newer[kRecordingMagic.size()] = 3;
+  EXPECT_THAT(sentence(newer), HasSubstr("version 3, this program reads 1 to 2"));
   const auto missing = Recording::read(folder_ / "none");
   ASSERT_FALSE(missing);
   EXPECT_THAT(missing.error().message, HasSubstr("no such file"));

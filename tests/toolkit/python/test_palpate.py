@@ -464,6 +464,13 @@ def test_a_scene_is_felt_and_seen():
             session.picture((0.1, 0.2))
         with pytest.raises(TypeError, match="three numbers"):
             session.tick("here")
+        assert session.state["shaft"] == (0.0, 0.0, 0.0)
+        # A quarter turn about x: the shaft goes from z to -y.
+        session.hold((0.5 ** 0.5, 0.5 ** 0.5, 0.0, 0.0), angular_velocity_rad_per_s=(0.1, 0.0, 0.0), opening_rad=0.2)
+        session.tick((0.0, 0.0, 0.03), at_ns := at_ns + 1_000_000)
+        assert np.allclose(session.state["shaft"], (0.0, -1.0, 0.0), atol=1e-12)
+        with pytest.raises(TypeError, match="four numbers"):
+            session.hold("upright")
         session.stop()
         for k in range(700):
             at_ns += 1_000_000

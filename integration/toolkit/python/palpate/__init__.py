@@ -625,6 +625,17 @@ class Session:
         except TypeError:
             raise TypeError("tick() takes the hand's position as three numbers (m), and whole numbers for time_ns and buttons") from None
 
+    def hold(self, rotation=None, *, angular_velocity_rad_per_s=(0.0, 0.0, 0.0), opening_rad=None):
+        """Says how the grip is held, from the next tick() on: `rotation`, a unit quaternion (w, x, y, z) from the grip's axes to the device's
+        (the grip's own z goes along its shaft, away from the tip); the angular velocity along the device's axes; the opening of a gripper (0:
+        closed). None: not sensed. Nothing is felt by it: the pen in pictures turns, recordings keep it, "shaft" of the state says it. On the
+        thread that ticks. ValueError with device=. What is not finite, or a rotation of another length than 1, counts as not sensed."""
+        try:
+            self._session.hold(rotation, angular_velocity_rad_per_s, opening_rad)
+        except TypeError:
+            raise TypeError("hold() takes the rotation as four numbers (w, x, y, z), the angular velocity as three (rad/s) and the opening as "
+                            "one (rad)") from None
+
     def push_frame(self, frame, *, spacing=None, origin=None, direction=None, time_ns=0):
         """Gives the next frame of a live source (frames=, live=True): an array (z, y, x) or an image. Without a geometry it has that of the
         first frame. The motion to it is estimated, and the material follows. Of the frames that arrive during an estimation only the last one
@@ -647,7 +658,8 @@ class Session:
         force is not the scene's, "" if it is; "volumes": dicts with "world_from_volume" (3 x 4), "time_s", "rate"; "can_play", "steps",
         "steps_known" of the motion; "ticks", "late_ticks"; of a live source "frames_received", "frames_felt", "frame_delay_s",
         "frame_cycle_s"; "asked_n", the spring's force had nothing limited it, minus all of "held_n", a dict of limiters by their word, is
-        "force_n"; "hand_work_j", the work that all forces so far did on the hand. palpate.h (PalState) explains each."""
+        "force_n"; "hand_work_j", the work that all forces so far did on the hand; "shaft", the unit vector from the hand along the grip's
+        shaft, zero if it is not sensed. palpate.h (PalState) explains each."""
         return self._session.state()
 
     @property

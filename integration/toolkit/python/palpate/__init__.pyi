@@ -101,6 +101,7 @@ class Session:
         tool: str | PathLike[str] | None = None,
         stiffness_n_per_m: float | None = None,
         max_force_n: float | None = None,
+        tool_radius_mm: float | None = None,
         dead_man: bool | None = None,
         watchdog_s: float | None = None,
         max_hand_speed_m_per_s: float | None = None,
@@ -116,6 +117,13 @@ class Session:
         black_box: str | PathLike[str] | None = None,
     ) -> None: ...
     def tick(self, position_m: Sequence[float], time_ns: int = 0, buttons: int = 0) -> list[float]: ...
+    def hold(
+        self,
+        rotation: Sequence[float] | None = None,
+        *,
+        angular_velocity_rad_per_s: Sequence[float] = ...,
+        opening_rad: float | None = None,
+    ) -> None: ...
     def push_frame(
         self,
         frame: Any,
