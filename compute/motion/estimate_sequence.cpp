@@ -6,6 +6,7 @@
 #include <numeric>
 #include <string>
 
+#include "compute/motion/plan.h"
 #include "compute/motion/quality_inverse.h"
 #include "compute/volume/parallel.h"
 
@@ -23,9 +24,13 @@ constexpr int kWeightRounds = 6;
 /// A step from the last frame to the first that is more than this many times the largest other one
 /// does not close a cycle: a movement to one side in N equal steps would need N - 1 of them.
 constexpr double kLargestClosingStep = 3.0;
+/// Of a coarse motion, which misses more of the longest way: half a beat of a small phantom
+/// has 2.6.
+constexpr double kLargestCoarseClosingStep = 2.0;
 /// If the last frame repeats the first, the cycle ends this share of a step after it, since all
 /// times must lie within the cycle.
 constexpr double kRepeatedEnd = 1e-3;
+constexpr size_t kCoarseLevel = 2;  // of the pyramid, 0 is the frames' own
 constexpr TimeWeights kHalfOfEach{2, {0, 1}, {0.5F, 0.5F}};
 
 /// Calls work(n, lps_mm) for every sample of a grid, on all cores.
@@ -173,6 +178,36 @@ double step_mm(const Field& field, const Confidence& confidence) {
   return all > 0.0 ? sum / all : 0.0;
 }
 
+/// The settings of a coarse motion: those of `fast` above its finest level, on finer cells.
+MotionOptions coarse_options() {
+  MotionOptions options = on_solved_cells(*motion_preset("fast"));
+  options.levels.erase(options.levels.begin());
+  for (LevelOptions& level : options.levels) level.cell = 2;
+  options.yield.window = 0.0;
+  return options;
+}
+
+/// The means over blocks of `block` voxels, on the grid of these blocks. Beyond the end of the
+/// frame there is nothing to count.
+Volume block_means(const Volume& frame, glm::ivec3 block, const Grid& onto) {
+  Volume means{onto, std::vector<float>(onto.count())};
+  parallel_ranges(onto.size.z, double(frame.values.size()) / onto.size.z, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k)
+      for (int j = 0; j < onto.size.y; ++j)
+        for (int i = 0; i < onto.size.x; ++i) {
+          const glm::ivec3 low = glm::ivec3(i, j, k) * block;
+          const glm::ivec3 high = glm::min(low + block, frame.grid.size);
+          double sum = 0.0;
+          for (int c = low.z; c < high.z; ++c)
+            for (int b = low.y; b < high.y; ++b)
+              for (int a = low.x; a < high.x; ++a) sum += double(frame.at(a, b, c));
+          const glm::ivec3 n = high - low;
+          means.values[onto.offset(i, j, k)] = float(sum / (double(n.x) * n.y * n.z));
+        }
+  });
+  return means;
+}
+
 std::string equal_frames(size_t a, size_t b) {
   return "Frames " + std::to_string(a) + " and " + std::to_string(b) +
          " are equal: nothing moves between them.";
@@ -228,6 +263,69 @@ Status choose_harmonics(SequenceMotion& motion, const Volume& reference, const F
     return Nothing{};
   }
   return Nothing{};
+}
+
+/// The times of a sequence, and its cycle, which ends where the last frame repeats the first.
+TimeBasis basis_of(std::span<const double> times_s, bool cyclic, bool repeats_first) {
+  TimeBasis basis;
+  for (const double time_s : times_s) basis.times_s.push_back(time_s - times_s.front());
+  if (cyclic) basis.cycle_s = cycle_of(times_s);
+  if (cyclic && repeats_first) {
+    const double end_s = basis.times_s.back();
+    basis.cycle_s = end_s + kRepeatedEnd * (basis.cycle_s - end_s);
+    basis.repeats_first = true;
+  }
+  return basis;
+}
+
+/// Whether the last of a cycle's steps, of these lengths, leads back to the first frame: it is at
+/// most so many times the largest other one.
+bool is_closed(std::span<const double> steps_mm, double most) {
+  return steps_mm.back() <= most * *std::max_element(steps_mm.begin(), steps_mm.end() - 1);
+}
+
+/// The fields from the reference frame to all frames, and their confidence.
+struct DirectFields {
+  std::vector<Field> fields;
+  std::vector<Confidence> confidence;
+};
+
+/// on_done is called after each field, on_progress with the moving frame and its share.
+Result<DirectFields> direct_fields(const std::shared_ptr<vulkan::Context>& context,
+                                   const Grid& grid, size_t frames, size_t reference,
+                                   const FrameReader& read, EstimatorOptions options,
+                                   std::stop_token stop, const std::function<void()>& on_done,
+                                   const std::function<void(size_t, double)>& on_progress) {
+  DirectFields direct{std::vector<Field>(frames), std::vector<Confidence>(frames)};
+  options.cyclic = false;
+  options.from_first = true;
+  // The reference is pushed as frame 0, frame k as k + 1.
+  auto estimator = SequenceEstimator::open(
+      context, grid, options,
+      [&](PairMotion pair) {
+        direct.fields[pair.moving_frame - 1] = std::move(pair.field);
+        direct.confidence[pair.moving_frame - 1] = std::move(pair.confidence);
+        on_done();
+      },
+      [&](size_t, size_t moving, double share) { on_progress(moving - 1, share); });
+  if (!estimator) return estimator.error();
+  const std::stop_callback on_stop(stop, [&] { (*estimator)->cancel(); });
+  Status pushed = Nothing{};
+  const auto push = [&](size_t as, size_t k) {
+    const auto frame = read(k);
+    pushed = frame ? (*estimator)->push(as, *frame) : Status(frame.error());
+  };
+  push(0, reference);
+  for (size_t k = 0; k < frames && pushed && !stop.stop_requested(); ++k)
+    if (k != reference) push(k + 1, k);
+  if (!pushed) (*estimator)->cancel();
+  const Status finished = (*estimator)->finish();
+  if (!pushed && pushed.error().kind != ErrorKind::kCancelled) return pushed.error();
+  if (!finished) return finished.error();
+  const Grid& solved = direct.fields[reference == 0 ? 1 : 0].grid;
+  direct.fields[reference] = still_field(solved);
+  direct.confidence[reference] = {solved, std::vector<float>(solved.count(), 1.0F)};
+  return direct;
 }
 
 }  // namespace
@@ -438,30 +536,22 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
   estimator->reset();
 
   // Is it a cycle, and where does it end?
-  if (cyclic && frames > 2) {
-    const double largest_mm = *std::max_element(steps_mm.begin(), steps_mm.end() - 1);
-    if (steps_mm.back() > kLargestClosingStep * largest_mm) {
-      cyclic = false;
-      consecutive.pop_back();
-      char text[300];
-      std::snprintf(text, sizeof(text),
-                    "The last frame does not lead back to the first (%.2g mm on average, other "
-                    "steps %.2g mm at most): the sequence is not taken for a cycle.",
-                    steps_mm.back(), largest_mm);
-      met.notes.emplace_back(text);
-    }
+  if (cyclic && frames > 2 && !is_closed(steps_mm, kLargestClosingStep)) {
+    cyclic = false;
+    consecutive.pop_back();
+    char text[300];
+    std::snprintf(text, sizeof(text),
+                  "The last frame does not lead back to the first (%.2g mm on average, other "
+                  "steps %.2g mm at most): the sequence is not taken for a cycle.",
+                  steps_mm.back(), *std::max_element(steps_mm.begin(), steps_mm.end() - 1));
+    met.notes.emplace_back(text);
   }
   SequenceMotion motion;
   motion.frames_grid = grid;
-  for (const double time_s : times_s) motion.basis.times_s.push_back(time_s - times_s.front());
-  if (cyclic) motion.basis.cycle_s = cycle_of(times_s);
-  if (cyclic && repeats_first) {
-    const double end_s = motion.basis.times_s.back();
-    motion.basis.cycle_s = end_s + kRepeatedEnd * (motion.basis.cycle_s - end_s);
-    motion.basis.repeats_first = true;
+  motion.basis = basis_of(times_s, cyclic, repeats_first);
+  if (motion.basis.repeats_first)
     met.notes.emplace_back(
         "The last frame is the first once more: the cycle lasts from the one to the other.");
-  }
 
   // From the frame nearest the mean to all others, which keeps the largest motion small.
   motion.reference = options.reference
@@ -469,25 +559,14 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
                          : frame_nearest_the_mean(std::span(consecutive).first(frames - 1));
   const auto reference = read(motion.reference);
   if (!reference) return reference.error();
-  std::vector<Field> direct(frames);
-  met.confidence.resize(frames);
-  for (size_t k = 0; k < frames; ++k) {
-    if (k == motion.reference) continue;
-    const auto moving = read(k);
-    if (!moving) return moving.error();
-    EstimatorOptions of_pair = of_steps;
-    of_pair.cyclic = false;
-    auto pair = estimate_motion(context, *reference, *moving, of_pair, stop, [&](double share) {
-      say("frame " + std::to_string(motion.reference) + " to " + std::to_string(k), share);
-    });
-    if (!pair) return pair.error();
-    direct[k] = std::move(pair->field);
-    met.confidence[k] = std::move(pair->confidence);
-    ++done;
-  }
-  const Grid& solved = consecutive.front().grid;
-  direct[motion.reference] = still_field(solved);
-  met.confidence[motion.reference] = {solved, std::vector<float>(solved.count(), 1.0F)};
+  auto from_reference = direct_fields(
+      context, grid, frames, motion.reference, read, of_steps, stop, [&] { ++done; },
+      [&](size_t k, double share) {
+        say("frame " + std::to_string(motion.reference) + " to " + std::to_string(k), share);
+      });
+  if (!from_reference) return from_reference.error();
+  std::vector<Field> direct = std::move(from_reference->fields);
+  met.confidence = std::move(from_reference->confidence);
 
   // Neighbour consensus.
   std::vector<Field> backward;
@@ -502,6 +581,63 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
     if (!chosen) return chosen.error();
   }
   if (report) *report = std::move(met);
+  return told_from_reference(motion);
+}
+
+Result<SequenceMotion> estimate_coarse_motion(const std::shared_ptr<vulkan::Context>& context,
+                                              const Grid& grid, std::span<const double> times_s,
+                                              const FrameReader& read, bool cyclic,
+                                              size_t reference, const OnSequenceProgress& progress,
+                                              std::stop_token stop) {
+  const size_t frames = times_s.size();
+  EstimatorOptions options;
+  options.motion = coarse_options();
+  const MotionPlan plan = plan_motion(grid, options.motion);
+  const size_t level = std::min(kCoarseLevel, plan.levels.size() - 1);
+  if (frames < 2 || reference >= frames || level == 0)
+    return Error{ErrorKind::kBadInput, "The sequence is too small for a coarse motion"};
+  glm::ivec3 block(1);
+  for (size_t l = 1; l <= level; ++l) block *= plan.levels[l].ratio;
+  const Grid coarse = level_grid(plan, level);
+  std::vector<Volume> means;
+  for (size_t k = 0; k < frames; ++k) {
+    const auto frame = read(k);
+    if (!frame) return frame.error();
+    means.push_back(block_means(*frame, block, coarse));
+  }
+  const FrameReader read_means = [&](size_t k) -> Result<Volume> { return means[k]; };
+  size_t done = 0;
+  auto direct = direct_fields(
+      context, coarse, frames, reference, read_means, options, stop, [&] { ++done; },
+      [&](size_t k, double share) {
+        if (progress)
+          progress("frame " + std::to_string(reference) + " to " + std::to_string(k),
+                   (double(done) + share) / double(frames - 1));
+      });
+  if (!direct) return direct.error();
+
+  // The steps between the frames, as long as the differences of the fields to them.
+  std::vector<double> steps_mm;
+  for (size_t k = 0; k < frames; ++k) {
+    const size_t next = (k + 1) % frames;
+    Field step = direct->fields[next];
+    for (size_t n = 0; n < step.u_mm.size(); ++n) step.u_mm[n] -= direct->fields[k].u_mm[n];
+    steps_mm.push_back(step_mm(step, direct->confidence[k == reference ? next : k]));
+  }
+  const bool repeats_first = frames > 2 && means.front().values == means.back().values;
+  cyclic = cyclic && (frames == 2 || is_closed(steps_mm, kLargestCoarseClosingStep));
+  SequenceMotion motion;
+  motion.frames_grid = grid;
+  motion.reference = reference;
+  motion.basis = basis_of(times_s, cyclic, repeats_first);
+  motion.terms = std::move(direct->fields);
+  if (cyclic) {
+    SequenceReport report;
+    report.confidence = std::move(direct->confidence);
+    const Status chosen =
+        choose_harmonics(motion, means[reference], read_means, SequenceMotionOptions(), report);
+    if (!chosen) return chosen.error();
+  }
   return told_from_reference(motion);
 }
 

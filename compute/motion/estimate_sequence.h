@@ -104,4 +104,17 @@ Result<SequenceMotion> estimate_sequence_motion(
     const SequenceEstimator::OnMotion& on_pair = {}, const OnSequenceProgress& progress = {},
     std::stop_token stop = {}, SequenceReport* report = nullptr);
 
+/// A coarse motion of the same sequence in a small share of the time: the fields from frame
+/// `reference` to all others, estimated on the frames' means over blocks of 4 voxels (less along an
+/// axis whose voxels are longer: the grid of the pyramid's third level), with harmonics for cyclic
+/// data. Its cells are two such blocks wide, so borders at which material slides are blurred.
+/// `cyclic` as in EstimatorOptions. Errors: those of the reader and the estimator, kCancelled,
+/// kBadInput for frames that are too small to be made coarser.
+Result<SequenceMotion> estimate_coarse_motion(const std::shared_ptr<vulkan::Context>& context,
+                                              const Grid& grid, std::span<const double> times_s,
+                                              const FrameReader& read, bool cyclic,
+                                              size_t reference,
+                                              const OnSequenceProgress& progress = {},
+                                              std::stop_token stop = {});
+
 }  // namespace palpate

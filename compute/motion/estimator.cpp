@@ -252,6 +252,10 @@ class Worker final : public SequenceEstimator {
       // it was the fixed one.
       if (before) {
         if (!solve(*before, now)) return;
+        if (options_.from_first) {
+          spare = std::move(now.pyramid);
+          continue;
+        }
         if (first || !options_.cyclic) {
           spare = std::move(before->pyramid);
         } else {
@@ -260,7 +264,8 @@ class Worker final : public SequenceEstimator {
       }
       before = std::move(now);
     }
-    if (options_.cyclic && first && before && !stop_.stop_requested()) solve(*before, *first);
+    if (options_.cyclic && !options_.from_first && first && before && !stop_.stop_requested())
+      solve(*before, *first);
   }
 
   /// False if stopped.

@@ -40,7 +40,9 @@ struct MemoryEstimate {
 
 struct EstimatorOptions {
   MotionOptions motion;
-  bool cyclic = false;    ///< after finish(), also last frame -> first
+  bool cyclic = false;  ///< after finish(), also last frame -> first
+  /// Pairs lead from the first frame to each other one, not from each to the next; not cyclic then.
+  bool from_first = false;
   bool backward = false;  ///< also a quick field from moving to fixed, for examined(), if it fits
   /// on the frames' grid, for every fixed frame; voxels outside do not count
   std::optional<Mask> mask;
@@ -51,7 +53,8 @@ struct EstimatorOptions {
 
 /// Estimates fields while frames arrive. Reading (by the caller), conversion (in push), device work
 /// and delivery (on a worker thread) overlap. Frames come in rising order of index; a pair is two
-/// frames that follow each other among those that were not dropped.
+/// frames that follow each other among those that were not dropped, or the first one and another
+/// (EstimatorOptions::from_first).
 ///
 ///   auto estimator = SequenceEstimator::open(context, grid, options, on_motion, on_progress);
 ///   for (...) estimator->push(k, frame);

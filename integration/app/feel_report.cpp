@@ -112,9 +112,11 @@ std::vector<std::string> notes_of(const LoadedScene& scene) {
 std::string motion_text(const LiveMotion& motion) {
   if (motion.is_done()) return {};
   const LiveMotion::Progress now = motion.progress();
-  std::string text = now.steps_known == now.steps
-                         ? "one motion for the whole sequence"
-                         : fmt::format("motion {} of {} steps", now.steps_known, now.steps);
+  const bool begins = !motion.can_move() && motion.finds_whole() && now.steps_known == 0;
+  std::string text = now.steps_known == now.steps ? "one motion for the whole sequence"
+                     : begins                     ? "coarse motion"
+                              : fmt::format("motion {} of {} steps", now.steps_known, now.steps);
+  if (motion.has_coarse()) text = "refining: " + text;
   return now.left_s < 0.0 ? text : text + ", " + duration_text(now.left_s) + " left";
 }
 

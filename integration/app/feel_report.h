@@ -18,7 +18,8 @@ using running::TickRow;
 /// from a live source.
 std::vector<std::string> scene_lines(const LoadedScene& scene, bool live);
 
-/// "motion 3 of 20 steps, 25 s left"; nothing once it is done.
+/// "coarse motion, 1 s left", then "refining: motion 3 of 20 steps, 25 s left"; nothing once it is
+/// done.
 std::string motion_text(const LiveMotion& motion);
 
 /// What the hand does, or why its force is not the scene's: "touching", "free", "starting", ...

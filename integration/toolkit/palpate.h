@@ -551,7 +551,7 @@ enum {
 
 typedef enum PalEventKind {
   PAL_EVENT_NOTE = 0,         /* information for the user */
-  PAL_EVENT_MOVES = 1,        /* every step of the motion is known: the volumes begin to move */
+  PAL_EVENT_MOVES = 1,        /* motion is known, coarse at first: the volumes begin to move */
   PAL_EVENT_WHOLE_MOTION = 2, /* one motion for a whole sequence is felt from now on */
   PAL_EVENT_MOTION_FAILED = 3 /* the sentence says why; motion that is known stays in use */
 } PalEventKind;

@@ -73,4 +73,11 @@ Status check(const MovingVolume& volume) {
   return Nothing{};
 }
 
+bool can_blend(const MovingVolume& from, const MovingVolume& to) {
+  if (!from.whole || !to.whole || from.frames != to.frames) return false;
+  const TimeBasis &a = from.whole->basis(), &b = to.whole->basis();
+  return from.whole->reference() == to.whole->reference() && a.times_s == b.times_s &&
+         a.cycle_s == b.cycle_s;
+}
+
 }  // namespace palpate

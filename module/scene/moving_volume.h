@@ -32,6 +32,9 @@ struct Segment {
   bool shown = true;
 };
 
+/// How long a hand takes from one motion of a volume to a better one.
+constexpr double kMotionBlend_s = 0.5;
+
 /// A volume that is felt and shown: frames, their times, and how they move. Immutable; handed
 /// between threads by pointer. Another one that shares frames and fields is cheap to make: fields
 /// that are found while the loop runs are handed over like this.
@@ -44,6 +47,9 @@ struct MovingVolume {
   /// material's, and what is at y at time t is the frame's value at X with X + u(X, t) = y. There
   /// are no other motions.
   std::shared_ptr<const SequenceMap> whole;
+  /// What was felt in the place of `whole` up to now, described from the same frame; null: nothing.
+  /// The hand goes from this to `whole` within kMotionBlend_s, so that no wall jumps.
+  std::shared_ptr<const SequenceMap> whole_before;
   std::vector<Segment> segments;
   size_t segments_frame = 0;  ///< the frame of segments with one distance where there are many
   bool is_still() const { return frames.size() < 2 && !whole; }
@@ -52,5 +58,9 @@ struct MovingVolume {
 /// Checks that frames, times and fields belong together: kBadInput with a sentence naming what does
 /// not.
 Status check(const MovingVolume& volume);
+
+/// Whether the motion of `to` can take the place of that of `from` step by step (whole_before):
+/// both carry the same frame, described from it, through the same times.
+bool can_blend(const MovingVolume& from, const MovingVolume& to);
 
 }  // namespace palpate

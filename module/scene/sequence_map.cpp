@@ -211,11 +211,19 @@ spline::Blend<lanes::Quad> SequenceSnapshot::read(glm::dvec3 x_m) noexcept {
 }
 
 MotionSample SequenceSnapshot::sample(glm::dvec3 x_m) noexcept {
-  return sample_of(map_.place_, read(x_m));
+  MotionSample at = sample_of(map_.place_, read(x_m));
+  if (!before_) return at;
+  const MotionSample was = before_->sample(x_m);
+  const double left = 1.0 - share_;
+  at.u_m = share_ * at.u_m + left * was.u_m;
+  at.jacobian = share_ * at.jacobian + left * was.jacobian;
+  at.confidence = share_ * at.confidence + left * was.confidence;
+  return at;
 }
 
 glm::dvec3 SequenceSnapshot::displacement(glm::dvec3 x_m) noexcept {
-  return lanes::xyz(read(x_m).value);
+  const glm::dvec3 u_m = lanes::xyz(read(x_m).value);
+  return before_ ? share_ * u_m + (1.0 - share_) * before_->displacement(x_m) : u_m;
 }
 
 }  // namespace palpate

@@ -85,7 +85,16 @@ class SequenceSnapshot {
     blocks_[0].known = blocks_[1].known = false;
   }
 
+  /// Reads blend from another motion to this one: the share (0 to 1) of this one. Both are
+  /// described from the same frame; `before` is set by its owner, must outlive this, and is null
+  /// for none.
+  void blend_from(SequenceSnapshot* before, double share) noexcept {
+    before_ = before;
+    share_ = share;
+  }
+
   const SequenceMap& map() const { return map_; }
+  bool may_fold() const { return map_.may_fold() || (before_ && before_->may_fold()); }
   /// u, its Jacobian and the confidence.
   MotionSample sample(glm::dvec3 x_m) noexcept;
   glm::dvec3 displacement(glm::dvec3 x_m) noexcept;
@@ -104,6 +113,8 @@ class SequenceSnapshot {
   TimeWeights time_;
   std::array<CoefficientBlock, 2> blocks_;  ///< a way may lead to and fro over a face
   int newest_ = 0;
+  SequenceSnapshot* before_ = nullptr;
+  double share_ = 1.0;
 };
 
 }  // namespace palpate

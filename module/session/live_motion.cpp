@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 
-#include "compute/motion/estimate_sequence.h"
 #include "compute/volume/memory.h"
 #include "compute/vulkan/caught.h"
 #include "module/haptics/servo/monotonic.h"
@@ -63,7 +62,7 @@ std::string LiveMotion::trouble() const {
 }
 
 void LiveMotion::run(std::stop_token stop) {
-  give_way(BackgroundWork::kEstimation);
+  give_way(BackgroundWork::kFirstMotion);
   const auto start = std::chrono::steady_clock::now();
   const Status status = caught([&]() -> Status {
     for (Job& job : jobs_) {
@@ -86,6 +85,15 @@ void LiveMotion::run(std::stop_token stop) {
   }));
 }
 
+/// Work that takes long gives way to a loop that has no priority. A driver's threads keep the
+/// niceness with which they were started, so the device is opened again.
+Result<std::shared_ptr<vulkan::Context>> LiveMotion::gives_way(
+    std::shared_ptr<vulkan::Context> context) {
+  if (options_.loop_has_priority) return context;
+  give_way(BackgroundWork::kEstimation);
+  return context->is_cpu() ? options_.open_context() : context;
+}
+
 /// Keeps the first error.
 void LiveMotion::note_trouble(const Status& status) {
   const std::lock_guard lock(mutex_);
@@ -95,7 +103,7 @@ void LiveMotion::note_trouble(const Status& status) {
 Status LiveMotion::estimate(const Job& job, std::stop_token stop) {
   auto frames = job.missing.open();
   if (!frames) return frames.error();
-  const auto context = options_.open_context();
+  auto context = options_.open_context();
   if (!context) return context.error();
   const auto preset = motion_preset(options_.preset);
   if (!preset) return Error{ErrorKind::kBadInput, "There is no preset '" + options_.preset + "'"};
@@ -109,16 +117,19 @@ Status LiveMotion::estimate(const Job& job, std::stop_token stop) {
       frames->in_memory ? Nothing{} : check_fits_memory("One motion for the whole sequence", bytes);
   if (job.whole && fits) return whole(job, *frames, *context, options, stop);
   if (job.missing.own && !fits) return fits;
+  context = gives_way(std::move(*context));
+  if (!context) return context.error();
   const Status done = step_by_step(job, *frames, *context, options, stop);
   return done && job.whole && !stop.stop_requested() ? fits : done;
 }
 
 Status LiveMotion::take_pair(const Job& job, const PairMotion& pair) {
   Status taken = Nothing{};
-  if (!job.missing.own)
+  if (!job.missing.own && coarse_ == 0)
     taken = listener_.on_step(job.missing.volume, pair.fixed_frame,
                               MotionMap::of(pair.field, &pair.confidence));
-  if (known_ + 1 == steps_) moves_after_s_ = 1e-9 * double(monotonic_ns() - start_ns_);
+  if (known_ + 1 == steps_ && coarse_ == 0)
+    moves_after_s_ = 1e-9 * double(monotonic_ns() - start_ns_);
   ++known_;
   listener_.on_change(*this);
   return taken;
@@ -152,9 +163,29 @@ Status LiveMotion::step_by_step(const Job& job, Frames& frames,
   return taken ? finished : taken;
 }
 
-/// Estimates them first, and then one motion for the whole sequence.
-Status LiveMotion::whole(const Job& job, Frames& frames,
-                         const std::shared_ptr<vulkan::Context>& context,
+/// A coarse motion of the whole sequence, handed over at once. False if there is none that can be
+/// felt: then the volume waits for the careful one.
+Result<bool> LiveMotion::coarse(const Job& job, const Grid& grid, const FrameReader& read,
+                                const std::shared_ptr<vulkan::Context>& context,
+                                std::stop_token stop) {
+  const auto motion = estimate_coarse_motion(
+      context, grid, job.volume->times.times_s, read, job.cyclic, job.felt_frame(),
+      [&](const std::string&, double share) { share_ = share; }, stop);
+  share_ = 0.0;
+  if (!motion || stop.stop_requested()) return false;
+  auto volume = carried(*job.volume, *motion, job.values);
+  if (!volume || volume->whole->may_fold()) return false;
+  const Status taken = listener_.on_whole(job.missing.volume,
+                                          std::make_shared<const MovingVolume>(std::move(*volume)));
+  if (!taken) return taken.error();
+  if (++coarse_ == jobs_.size()) moves_after_s_ = 1e-9 * double(monotonic_ns() - start_ns_);
+  start_ns_ = monotonic_ns();  // of what is left
+  listener_.on_change(*this);
+  return true;
+}
+
+/// Estimates a coarse motion first, then the pairs, and then one motion for the whole sequence.
+Status LiveMotion::whole(const Job& job, Frames& frames, std::shared_ptr<vulkan::Context> context,
                          const EstimatorOptions& options, std::stop_token stop) {
   std::vector<Volume> kept;
   for (size_t k = 0; !frames.in_memory && k < frames.count && !stop.stop_requested(); ++k) {
@@ -163,14 +194,20 @@ Status LiveMotion::whole(const Job& job, Frames& frames,
     kept.push_back(std::move(*frame));
   }
   const FrameReader again = [&kept](size_t k) -> Result<Volume> { return kept[k]; };
+  const FrameReader& read = frames.in_memory ? frames.read : again;
   if (stop.stop_requested()) return Nothing{};
+  const auto has_coarse = coarse(job, frames.grid, read, context, stop);
+  if (!has_coarse) return has_coarse.error();
+  if (stop.stop_requested()) return Nothing{};
+  auto opened = gives_way(std::move(context));
+  if (!opened) return opened.error();
+  context = std::move(*opened);
   Status taken = Nothing{};
   SequenceMotionOptions of_sequence;
   of_sequence.estimator = options;
   SequenceReport report;
-  const auto motion = estimate_sequence_motion(
-      context, frames.grid, job.volume->times.times_s, frames.in_memory ? frames.read : again,
-      of_sequence,
+  auto motion = estimate_sequence_motion(
+      context, frames.grid, job.volume->times.times_s, read, of_sequence,
       [&](PairMotion pair) {
         if (taken) taken = take_pair(job, pair);
       },
@@ -179,6 +216,16 @@ Status LiveMotion::whole(const Job& job, Frames& frames,
   if (!taken) return taken;
   if (!motion) return motion.error();
   for (const std::string& note : report.notes) listener_.on_note(note);
+  // Described from the frame that is felt, so that the hand stays on its material.
+  if (*has_coarse && job.values == CarriedValues::kReference) {
+    SequenceMotion from_felt = *motion;
+    from_felt.reference = job.felt_frame();
+    from_felt = told_from_reference(from_felt);
+    if (auto volume = carried(*job.volume, from_felt, job.values);
+        volume && !volume->whole->may_fold())
+      return listener_.on_whole(job.missing.volume,
+                                std::make_shared<const MovingVolume>(std::move(*volume)));
+  }
   auto volume = carried(*job.volume, *motion, job.values);
   if (!volume) return volume.error();
   return listener_.on_whole(job.missing.volume,

@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "compute/motion/estimator.h"
+#include "compute/motion/estimate_sequence.h"
 #include "compute/vulkan/context.h"
 #include "module/scene/motion_map.h"
 #include "module/session/loaded_scene.h"
@@ -18,8 +18,11 @@ class LiveMotion;
 
 struct LiveMotionOptions {
   std::string preset = "balanced";
-  /// Opens the compute device, called on a thread of low priority; empty: no motion is estimated.
+  /// Opens the compute device, called on a thread of low priority, once or twice; empty: no motion
+  /// is estimated.
   std::function<Result<std::shared_ptr<vulkan::Context>>()> open_context;
+  /// The loop has real-time priority, so that the estimation takes no time from it.
+  bool loop_has_priority = false;
 };
 
 /// Receives the results on the estimation's thread. An exception from these functions ends the
@@ -34,12 +37,15 @@ struct LiveMotionListener {
 };
 
 /// Estimates motion that no file contains while the data are already felt, on threads of low
-/// priority so that the servo loop keeps its time. Each step is handed over as soon as it is known.
+/// priority so that the servo loop keeps its time. What is known is handed over at once: first a
+/// coarse motion of the whole sequence, with which it moves within seconds, then the one that is
+/// estimated with care. Where the frames' own values are wanted: each step.
 class LiveMotion {
  public:
-  /// Starts at once if any motion is missing. Hands over single steps as pairs of frames are done
-  /// and then, unless the frames' own values are wanted, one motion for the whole sequence. All
-  /// results come from a thread of this object.
+  /// Starts at once if any motion is missing. Unless the frames' own values are wanted, hands over
+  /// a coarse motion and then one motion for the whole sequence, both described from the frame that
+  /// is felt until then; without a coarse one (frames too small, or it folds) single steps as pairs
+  /// of frames are done. All results come from a thread of this object.
   LiveMotion(const LoadedScene& scene, const LiveMotionOptions& options,
              LiveMotionListener listener);
   /// Cancels running work and waits for it.
@@ -48,9 +54,13 @@ class LiveMotion {
   LiveMotion& operator=(const LiveMotion&) = delete;
 
   bool is_done() const { return done_; }
-  /// True if every step is known, so that the volume can move; a motion for the whole sequence may
-  /// still follow. Volumes that need one motion for all frames wait for that.
-  bool can_move() const { return done_ || (!needs_whole_ && known_ == steps_); }
+  /// True if the volumes can move: a coarse motion of each is known, or every step; a motion for
+  /// the whole sequence may still follow. Volumes that need one motion for all frames wait for one.
+  bool can_move() const {
+    return done_ || coarse_ == jobs_.size() || (!needs_whole_ && known_ == steps_);
+  }
+  /// True if a coarse motion of every volume is known.
+  bool has_coarse() const { return coarse_ > 0 && coarse_ == jobs_.size(); }
   /// True if a volume stands still until one motion for all frames is known, because its segments
   /// are known in one frame only.
   bool needs_whole() const { return needs_whole_; }
@@ -59,7 +69,7 @@ class LiveMotion {
   struct Progress {
     size_t steps = 0;            ///< number of steps that were missing
     size_t steps_known = 0;      ///< how many of them are known now
-    double moves_after_s = 0.0;  ///< time after which all steps were known; 0 before
+    double moves_after_s = 0.0;  ///< time after which the volumes could move; 0 before
     double seconds = 0.0;        ///< duration of the whole work; 0 until it is done
     double left_s = -1.0;        ///< estimate of the time left; below 0: unknown
   };
@@ -80,6 +90,8 @@ class LiveMotion {
     bool whole = false;  ///< estimate one motion for all frames after the consecutive fields
     CarriedValues values = CarriedValues::kReference;  ///< for one motion
     std::shared_ptr<const MovingVolume> volume;        ///< with all its frames
+    /// the frame that is felt while nothing is known, from which a coarse motion is described
+    size_t felt_frame() const { return missing.own ? missing.own->segments_frame : 0; }
   };
   void run(std::stop_token stop);
   void note_trouble(const Status& status);
@@ -88,8 +100,11 @@ class LiveMotion {
   Status step_by_step(const Job& job, Frames& frames,
                       const std::shared_ptr<vulkan::Context>& context,
                       const EstimatorOptions& options, std::stop_token stop);
-  Status whole(const Job& job, Frames& frames, const std::shared_ptr<vulkan::Context>& context,
+  Result<std::shared_ptr<vulkan::Context>> gives_way(std::shared_ptr<vulkan::Context> context);
+  Status whole(const Job& job, Frames& frames, std::shared_ptr<vulkan::Context> context,
                const EstimatorOptions& options, std::stop_token stop);
+  Result<bool> coarse(const Job& job, const Grid& grid, const FrameReader& read,
+                      const std::shared_ptr<vulkan::Context>& context, std::stop_token stop);
 
   std::vector<Job> jobs_;
   bool needs_whole_ = false;
@@ -97,6 +112,7 @@ class LiveMotion {
   LiveMotionListener listener_;
   std::atomic<bool> done_{false};
   std::atomic<size_t> steps_{0}, known_{0};
+  std::atomic<size_t> coarse_{0};  ///< volumes that move by a coarse motion
   std::atomic<double> seconds_{0.0}, moves_after_s_{0.0};
   std::atomic<double> share_{0.0};    ///< of all steps
   std::atomic<int64_t> start_ns_{0};  ///< start of the first step, steady clock; 0 before

@@ -99,6 +99,7 @@ void Session::begin_motion(const LoadedScene& at_start) {
   };
   listener.on_note = [this](const std::string& note) { tell(SessionEvent::Kind::kNote, note); };
   listener.on_change = [this](const LiveMotion& motion) { on_motion(motion); };
+  options_.motion.loop_has_priority = report().has_priority;
   motion_ = std::make_unique<LiveMotion>(at_start, options_.motion, std::move(listener));
 }
 
@@ -165,21 +166,27 @@ void Session::on_motion(const LiveMotion& motion) {
   const bool all_steps = now.steps_known == now.steps;
   if (!can_play_ && motion.can_move()) {
     can_play_ = true;
-    if (!all_steps)
+    if (!all_steps && !motion.has_coarse())
       tell(Kind::kMotionFailed,
            "The motion could not be estimated, so one frame is felt: " + motion.trouble());
+    else if (motion.has_coarse())
+      tell(Kind::kMoves,
+           fmt::format("coarse, known after {:.1f} s; now it moves, and is refined meanwhile",
+                       now.moves_after_s));
     else if (!motion.needs_whole())
       tell(Kind::kMoves, fmt::format("{} steps known after {:.1f} s; now it moves", now.steps,
                                      now.moves_after_s));
-    if (all_steps && playing_)
+    if ((all_steps || motion.has_coarse()) && playing_)
       for (const size_t volume : missing_)
         send({ControlEvent::Kind::kRate, int(volume), rates_[volume]});
   }
-  if (!motion.is_done() || !motion.finds_whole() || !all_steps) return;
+  if (!motion.is_done() || !motion.finds_whole() || !(all_steps || motion.has_coarse())) return;
   if (!motion.trouble().empty())
     tell(Kind::kMotionFailed,
          fmt::format("One motion for the whole sequence could not be found, so {}: {}",
-                     motion.needs_whole() ? "one frame is felt" : "the steps go on",
+                     motion.has_coarse()    ? "the coarse one goes on"
+                     : motion.needs_whole() ? "one frame is felt"
+                                            : "the steps go on",
                      motion.trouble()));
   else
     tell(Kind::kWholeMotion,
@@ -211,6 +218,13 @@ Status Session::take_volume(size_t volume, std::shared_ptr<const MovingVolume> d
   if (options_.second)
     if (const Status taken = options_.second->take_volume(volume, data); !taken) return taken;
   const std::lock_guard lock(mutex_);
+  // A better motion of the same material: the hand goes over to it without leaving its place.
+  const MovingVolume& felt = *scene_->volumes[volume].data;
+  if (can_blend(felt, *data)) {
+    MovingVolume better = *data;
+    better.whole_before = felt.whole;
+    data = std::make_shared<const MovingVolume>(std::move(better));
+  }
   return hand_over(with_data(*scene_, volume, std::move(data)));
 }
 

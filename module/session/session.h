@@ -22,7 +22,7 @@ namespace palpate {
 struct SessionEvent {
   enum class Kind {
     kNote,          ///< information for the user
-    kMoves,         ///< every step of the motion is known: the volumes begin to move
+    kMoves,         ///< a motion is known, coarse at first: the volumes begin to move
     kWholeMotion,   ///< one motion for a whole sequence is in use from now on
     kMotionFailed,  ///< known motion stays in use; the sentence says why there is no more
   } kind = Kind::kNote;

@@ -50,6 +50,24 @@ TEST_F(Estimator, DeliversEveryPairInOrderAndClosesTheCycle) {
   EXPECT_EQ(estimator->dropped(), 0U);
 }
 
+TEST_F(Estimator, FromTheFirstFrameFindsWhatEachPairAloneFinds) {
+  EstimatorOptions options = preset("fast");
+  options.from_first = true;
+  options.cyclic = true;
+  std::vector<PairMotion> found;
+  const auto estimator = open(options, [&](PairMotion motion) { found.push_back(motion); });
+  for (size_t k = 0; k < 4; ++k) ASSERT_TRUE(estimator->push(k, beat().frames[k]));
+  ASSERT_TRUE(estimator->finish());
+  ASSERT_EQ(found.size(), 3U);
+  for (size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(found[k].fixed_frame, 0U);
+    EXPECT_EQ(found[k].moving_frame, k + 1);
+    const PairMotion alone = motion_of(beat().frames[0], beat().frames[k + 1], preset("fast"));
+    EXPECT_EQ(found[k].field.u_mm, alone.field.u_mm) << k;
+    EXPECT_EQ(found[k].confidence.values, alone.confidence.values) << k;
+  }
+}
+
 /// The way back is estimated, not inverted, down to the second finest level. Forward and back along
 /// a known motion must miss by less than half a voxel on average: also with a mask, where both ends
 /// are inside it, and after the classic method, whose frames are not normalised.

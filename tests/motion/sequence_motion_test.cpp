@@ -381,6 +381,47 @@ std::string all_of(const std::vector<std::string>& sentences) {
   return text;
 }
 
+/// The coarse motion of a beat: much better than none, and from the frame that was asked for.
+TEST_F(MotionOfASequence, IsCoarseFirst) {
+  constexpr int kFrames = 8;
+  const Grid grid = heart_grid(48);
+  const Sequence heart = shell_phantom(grid, kFrames, 3, 0.05);
+  const FrameReader read = [&](size_t k) -> Result<Volume> { return heart.frames[k]; };
+  const auto motion = estimate_coarse_motion(context(), grid, heart.times_s, read, true, 3);
+  ASSERT_TRUE(motion) << motion.error().message;
+  EXPECT_EQ(motion->reference, 3U);
+  EXPECT_DOUBLE_EQ(motion->basis.cycle_s, 1.0);
+  EXPECT_LT(largest_difference_mm(motion->at_frame(3), still_field(motion->terms[0].grid)), 0.05);
+  std::vector<Field> at_frame, still;
+  for (size_t k = 0; k < kFrames; ++k) {
+    at_frame.push_back(motion->at_frame(k));
+    still.push_back(still_field(at_frame.back().grid));
+    EXPECT_EQ(folds(at_frame.back()).folded, 0U);
+  }
+  // all_pairs_voxels() begins at frame 0, whichever frame a motion is described from.
+  const double ours = all_pairs_voxels(at_frame, kFrames, grid);
+  const double none = all_pairs_voxels(still, kFrames, grid);
+  std::printf("all pairs, voxels: coarse motion %.3f, none %.3f\n", ours, none);
+  EXPECT_LT(ours, 0.35 * none);
+
+  Sequence half = shell_phantom(grid, 12);
+  half.frames.resize(6);
+  half.times_s.resize(6);
+  const auto open = estimate_coarse_motion(
+      context(), grid, half.times_s, [&](size_t k) -> Result<Volume> { return half.frames[k]; },
+      true, 0);
+  ASSERT_TRUE(open) << open.error().message;
+  EXPECT_EQ(open->basis.cycle_s, 0.0);
+
+  const Grid small = heart_grid(8);
+  EXPECT_FALSE(estimate_coarse_motion(
+      context(), small, heart.times_s,
+      [&](size_t) -> Result<Volume> {
+        return Volume{small, std::vector<float>(small.count())};
+      },
+      true, 0));
+}
+
 TEST_F(MotionOfASequence, ThatDoesNotLeadBackIsNoCycle) {
   // Half a beat: the motion from the last frame to the first is nearly the whole way back.
   const Grid grid = heart_grid(48);

@@ -186,6 +186,62 @@ TEST_F(SessionWithMotion, FindsTheMotionOfFramesInMemoryUnderTheHand) {
   EXPECT_GT(most_n - least_n, 0.3);
 }
 
+/// First a coarse motion, then the careful one, which is that of estimate_sequence_motion(), both
+/// described from the frame that is felt; no step of it is handed over.
+TEST_F(SessionWithMotion, HandsOverACoarseMotionBeforeAnyPair) {
+  const LoadedScene scene = shell_in_memory();
+  ASSERT_EQ(scene.missing.size(), 1U);
+  const LiveMotionOptions of_motion = options().motion;
+  std::vector<std::shared_ptr<const MovingVolume>> whole;
+  std::vector<size_t> known;
+  const LiveMotion* running = nullptr;
+  std::promise<void> begin;
+  LiveMotionOptions waits = of_motion;
+  waits.open_context = [&, open = of_motion.open_context, begun = begin.get_future().share()]() {
+    begun.wait();
+    return open();
+  };
+  LiveMotionListener listener;
+  listener.on_step = [](size_t, size_t, std::shared_ptr<const MotionMap>) -> Status {
+    ADD_FAILURE() << "a step beside the coarse motion";
+    return Nothing{};
+  };
+  listener.on_whole = [&](size_t, std::shared_ptr<const MovingVolume> volume) -> Status {
+    whole.push_back(std::move(volume));
+    known.push_back(running->progress().steps_known);
+    return Nothing{};
+  };
+  listener.on_note = [](const std::string&) {};
+  bool moved_early = false;
+  listener.on_change = [&](const LiveMotion& motion) {
+    moved_early |= motion.can_move() && motion.progress().steps_known == 0;
+  };
+  LiveMotion motion(scene, waits, std::move(listener));
+  running = &motion;
+  begin.set_value();
+  motion.wait();
+  ASSERT_EQ(whole.size(), 2U) << motion.trouble();
+  EXPECT_EQ(known, (std::vector<size_t>{0, 4}));
+  EXPECT_TRUE(moved_early);
+  EXPECT_EQ(whole[0]->whole->reference(), 0U);
+  EXPECT_EQ(whole[1]->whole->reference(), 0U);
+  EXPECT_EQ(whole[0]->frames, whole[1]->frames);
+
+  const auto frames = scene.missing[0].open();
+  ASSERT_TRUE(frames) << frames.error().message;
+  SequenceMotionOptions careful;
+  careful.estimator.motion = *motion_preset("fast");
+  careful.estimator.cyclic = true;
+  auto alone = estimate_sequence_motion(*of_motion.open_context(), frames->grid,
+                                        scene.data[0]->times.times_s, frames->read, careful);
+  ASSERT_TRUE(alone) << alone.error().message;
+  alone->reference = 0;
+  const auto expected = SequenceMap::of(told_from_reference(*alone));
+  const auto found = whole[1]->whole->coefficients(), same = expected->coefficients();
+  ASSERT_EQ(found.size(), same.size());
+  EXPECT_TRUE(std::equal(found.begin(), found.end(), same.begin()));
+}
+
 TEST(LoadedScene, GivesTheFramesThatWereReadWithoutReadingThemAgain) {
   const Sequence shell = shell_phantom(24, 4, 1, 0.0);
   const std::filesystem::path file =

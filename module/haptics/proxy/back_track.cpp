@@ -56,7 +56,7 @@ class TimedMotion {
   glm::dmat3 stretched(const MotionSample& at) const noexcept {
     return glm::dmat3(1.0) + at.jacobian;
   }
-  bool never_folds() const noexcept { return !snapshot_.map().may_fold(); }
+  bool never_folds() const noexcept { return !snapshot_.may_fold(); }
   bool surely_unfolded(glm::dvec3) const noexcept { return false; }
   double cell_m() const noexcept { return snapshot_.map().cell_m(); }
 

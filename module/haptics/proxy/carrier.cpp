@@ -334,11 +334,20 @@ class MaterialCarrier final : public MovingCarrier {
  public:
   MaterialCarrier(const VolumeRun& volume, double tool_radius_m)
       : MovingCarrier(volume, tool_radius_m), now_(*data_.whole, data_.whole->basis().at(0, 0.0)) {
+    if (data_.whole_before)
+      before_.emplace(*data_.whole_before, data_.whole_before->basis().at(0, 0.0));
     set_stride();
   }
 
   void carry() noexcept override {
     now_.set(now_.map().basis().at(volume_.pointer.frame, volume_.pointer.phase));
+    const double way = volume_.blended;
+    if (before_ && way < 1.0) {
+      before_->set(before_->map().basis().at(volume_.pointer.frame, volume_.pointer.phase));
+      now_.blend_from(&*before_, way * way * (3.0 - 2.0 * way));
+    } else {
+      now_.blend_from(nullptr, 1.0);
+    }
     motion_ = now_.sample(material_);
     at_ = volume_.world(material_ + motion_.u_m);
     look_for_roughness();
@@ -352,10 +361,11 @@ class MaterialCarrier final : public MovingCarrier {
     return back_track(now_, target, start);
   }
   glm::dvec3 hand_start(glm::dvec3 target) const noexcept override { return near(target); }
-  bool may_fold() const noexcept override { return now_.map().may_fold(); }
+  bool may_fold() const noexcept override { return now_.may_fold(); }
 
  private:
   SequenceSnapshot now_;
+  std::optional<SequenceSnapshot> before_;  ///< while the volume goes from one motion to another
 };
 
 }  // namespace
@@ -384,7 +394,10 @@ Transform first_of(const VolumeSpec& spec) {
 }  // namespace
 
 VolumeRun::VolumeRun(const SceneVolume& volume)
-    : plan(&volume), pose(volume.spec.path, first_of(volume.spec)), playback(&volume.data->times) {
+    : plan(&volume),
+      pose(volume.spec.path, first_of(volume.spec)),
+      playback(&volume.data->times),
+      blended(volume.data->whole_before ? 0.0 : 1.0) {
   playback.set_rate(volume.spec.rate);
   set(first_of(volume.spec));
 }

@@ -26,6 +26,8 @@ struct VolumeRun {
   glm::dmat3 linear{1.0};  ///< world from volume: x_world = linear * x + offset
   glm::dmat3 inverse{1.0};
   glm::dvec3 offset{0.0};
+  /// how far it has gone from MovingVolume::whole_before to `whole`, 0 to 1
+  double blended = 1.0;
   double least_scale = 1.0;  ///< of the axes: how large a voxel is in the world
 
   void set(const Transform& to) noexcept;

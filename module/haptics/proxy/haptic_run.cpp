@@ -28,7 +28,10 @@ double ramped(double from, double to, double unit_n, double felt_n, double dt_s,
 /// Whether a surface is still where it was, in data and in space.
 bool unmoved(const VolumeRun& a, const VolumeRun& b) {
   const MovingVolume &data = *a.plan->data, &other = *b.plan->data;
-  return data.frames == other.frames && data.whole == other.whole && a.transform == b.transform;
+  const bool same_motion =
+      data.whole == other.whole || (data.whole_before && data.whole_before == other.whole &&
+                                    a.blended == 0.0 && b.blended == 1.0);
+  return data.frames == other.frames && same_motion && a.transform == b.transform;
 }
 
 }  // namespace
@@ -83,6 +86,7 @@ void HapticRun::take_over(const HapticRun& before) noexcept {
       volume.playback = old.playback;
       volume.playback.set_times(&volume.plan->data->times);
       volume.pointer = volume.playback.now();
+      if (volume.plan->data == old.plan->data) volume.blended = old.blended;
     }
   for (size_t m = 0; m < modes.size(); ++m) {
     modes[m].weight = 0.0;

@@ -131,6 +131,7 @@ void Haptics::move_on(const TickInput& input, double dt_s) noexcept {
     VolumeRun& volume = run_->volumes[v];
     volume.pointer = volume.playback.step(dt_s);
     volume.crossed = volume.playback.crossed();
+    volume.blended = std::min(1.0, volume.blended + dt_s / kMotionBlend_s);
   }
   run_->ramp(dt_s, glm::length(last_wanted_));
   for (CarrierRun& carrier : run_->carriers) {

@@ -73,6 +73,7 @@ void set_priority(int wanted, ServoReport& report) {
     error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
   }
   if (error == 0) {
+    report.has_priority = true;
     report.items.push_back(
         {what, true, "SCHED_FIFO at " + std::to_string(parameter.sched_priority) + "."});
   } else {

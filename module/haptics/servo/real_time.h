@@ -23,6 +23,7 @@ struct ServoReport {
   /// "PREEMPT_RT", "PREEMPT_DYNAMIC", "PREEMPT" or "voluntary", and its release
   std::string kernel;
   std::vector<Item> items;
+  bool has_priority = false;  ///< real-time priority was obtained
 };
 
 /// What kind of preemption a kernel has, from the version line that uname gives and what
@@ -46,8 +47,11 @@ class ProcessPreparation {
 /// real-time safe itself.
 void prepare_thread(const RealTimeOptions& options, ServoReport& report);
 
-/// Work that gives way to the servo loop, with its niceness: pictures come before the estimation.
-enum class BackgroundWork { kPictures = 5, kEstimation = 10 };
+/// Work that gives way to the servo loop, with its niceness. kEstimation beside a loop without
+/// real-time priority: pictures come before it. kFirstMotion: what moves the data at all, and all
+/// estimation beside a loop that has real-time priority; with ten other busy processes on two cores
+/// it still gets more than a quarter of a core.
+enum class BackgroundWork { kFirstMotion = 1, kPictures = 5, kEstimation = 10 };
 
 /// Lowers the priority of the calling thread and, by inheritance, of all that it starts, such as
 /// those of a Vulkan driver.

@@ -242,6 +242,65 @@ TEST(NewScene, KeepsPosesTimesAndSwitchesOfVolumesAndModesByName) {
   }
 }
 
+/// A ball in two frames, moved by so much in the second one.
+std::shared_ptr<MovingVolume> ball_moved_by(glm::dvec3 shift_m,
+                                            const std::shared_ptr<const FrameData>& ball) {
+  Grid grid;
+  grid.size = glm::ivec3(5);
+  grid.spacing_mm = glm::dvec3(25.0);
+  grid.origin_mm = glm::dvec3(-50.0);
+  SequenceMotion motion;
+  motion.basis = {{0.0, 0.5}, 1.0, 0};
+  motion.terms.assign(2, still_field(grid));
+  for (glm::vec3& u_mm : motion.terms[1].u_mm) u_mm = glm::vec3(lps_from_volume(shift_m));
+  auto volume = std::make_shared<MovingVolume>();
+  volume->times = {motion.basis.times_s, 1.0};
+  volume->frames = {ball};
+  volume->whole = SequenceMap::of(motion);
+  return volume;
+}
+
+TEST(NewScene, WithABetterMotionTakesTheHandToItWithoutAStep) {
+  const auto ball = std::make_shared<Ball>(0.025, 0.001);
+  SceneSpec spec = shell_spec(6.0, 0.0, kSwitchStiffness);
+  spec.volumes[0].rate = 0.0;
+  const auto coarse = ball_moved_by({}, ball);
+  for (const double out_m : {1.5e-3, -1.5e-3}) {
+    Hand hand(spec, {coarse});
+    hand.input.events[0] = event(Kind::kScrub, 0, 0.5);
+    hand.input.event_count = 1;
+    come_in(hand);
+    ForceSteps steps;
+    for (int i = 0; i < 500; ++i) steps.add(hand.to(kHeld));
+    const double before_n = glm::length(steps.last_n());
+    const auto better = ball_moved_by(out_m * glm::normalize(kHeld), ball);
+    ASSERT_TRUE(can_blend(*coarse, *better));
+    better->whole_before = coarse->whole;
+    hand.haptics.adopt(Haptics::prepare(*plan(spec, {better})));
+    steps.add(hand.to(kHeld));
+    EXPECT_NEAR(glm::length(steps.last_n()), before_n, 1e-3);
+    // A scene that shares the volume goes on where this one is.
+    for (int i = 0; i < 200; ++i) steps.add(hand.to(kHeld));
+    const double blended = hand.haptics.run()->volumes[0].blended;
+    hand.haptics.adopt(Haptics::prepare(*plan(spec, {better})));
+    EXPECT_EQ(hand.haptics.run()->volumes[0].blended, blended);
+    for (int i = 0; i < 1000; ++i) steps.add(hand.to(kHeld));
+    // The wall is felt where it would be without the coarse motion.
+    Hand fresh(spec, {ball_moved_by(out_m * glm::normalize(kHeld), ball)});
+    fresh.input.events[0] = event(Kind::kScrub, 0, 0.5);
+    fresh.input.event_count = 1;
+    for (int i = 0; i < 500; ++i) fresh.to(kHeld * 2.0);
+    come_in(fresh);
+    for (int i = 0; i < 500; ++i) fresh.to(kHeld);
+    const double wanted_n = glm::length(fresh.to(kHeld).wanted_n);
+    EXPECT_NEAR(wanted_n - before_n, kSwitchStiffness * out_m, 0.15);
+    EXPECT_NEAR(glm::length(steps.last_n()), wanted_n, 0.01);
+    EXPECT_LE(steps.worst_n(), kStep_n);
+    EXPECT_EQ(hand.haptics.run()->volumes[0].blended, 1.0);
+  }
+  EXPECT_FALSE(can_blend(*coarse, *ball_moved_by({}, std::make_shared<Ball>(0.025, 0.001))));
+}
+
 TEST(NewScene, MovesAStillVolumeToWhereTheNewSceneHasIt) {
   const auto data = shell(1, 1.0);
   SceneSpec spec = shell_spec(6.0, 0.0, kSwitchStiffness);
