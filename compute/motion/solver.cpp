@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include <glm/gtc/packing.hpp>
 
@@ -201,23 +202,31 @@ std::vector<glm::vec4> PairSolver::left_on(size_t l) {
   return left;
 }
 
-/// Indices of the nodes at and beside the cells in which a level leaves more unexplained than
-/// noise.
-std::vector<uint32_t> PairSolver::unexplained(const SearchPlan& search) {
-  const LevelPlan& level = plan_.levels[search.level];
+/// The cells of a level in which it leaves more unexplained than noise.
+std::vector<glm::ivec3> PairSolver::unexplained(size_t l) {
+  const glm::ivec3 n = plan_.levels[l].cells;
   const YieldOptions& yield = plan_.options.yield;
-  const std::vector<glm::vec4> left = left_on(search.level);
+  const std::vector<glm::vec4> left = left_on(l);
   // If the noise can not be measured it is taken as 0: an unnecessary search only costs time.
   const double noise = yield.noise * noise_of(left, 0.0);
-  std::vector<bool> wanted(search.count());
+  std::vector<glm::ivec3> cells;
   for (size_t c = 0; c < left.size(); ++c) {
     const glm::vec4& e = left[c];
     const double beyond = e.y - noise * std::max(0.0F, e.z - e.w);
     if (e.z < kLeastCounted ||
         beyond <= plan_.options.search_above * (2.0 * e.w + yield.flat * e.z))
       continue;
-    const glm::ivec3 n = level.cells;
-    const glm::ivec3 cell(int(c) % n.x, int(c) / n.x % n.y, int(c) / (n.x * n.y));
+    cells.emplace_back(int(c) % n.x, int(c) / n.x % n.y, int(c) / (n.x * n.y));
+  }
+  return cells;
+}
+
+/// Indices of the nodes of a search at and beside these cells of its level.
+std::vector<uint32_t> PairSolver::nodes_at(const std::vector<glm::ivec3>& cells,
+                                           const SearchPlan& search) const {
+  const LevelPlan& level = plan_.levels[search.level];
+  std::vector<bool> wanted(search.count());
+  for (const glm::ivec3 cell : cells) {
     const glm::ivec3 begin = glm::max(cell * level.cell / search.cell - 1, glm::ivec3(0));
     const glm::ivec3 end = glm::min((cell + 1) * level.cell / search.cell + 1, search.nodes);
     for (int z = begin.z; z < end.z; ++z)
@@ -232,20 +241,36 @@ std::vector<uint32_t> PairSolver::unexplained(const SearchPlan& search) {
   return nodes;
 }
 
-/// Searches for larger motion where level l + 1 left something unexplained, and takes it where the
-/// frames then match better on level l than with the field that was just interpolated.
-double PairSolver::search(size_t l, DiscreteStart& start, const FramePyramid& fixed,
-                          const FramePyramid& moving) {
+/// The bricks of level l that the mask leaves and that contain any of these cells of level l + 1.
+BrickList PairSolver::bricks_at(const std::vector<glm::ivec3>& cells, size_t l) const {
+  const LevelPlan& from = plan_.levels[l + 1];
+  const LevelPlan& to = plan_.levels[l];
+  const glm::ivec3 voxels = from.cell * from.ratio;
+  std::set<uint32_t> wanted;
+  for (const glm::ivec3 cell : cells) {
+    const glm::ivec3 end = ((cell + 1) * voxels + to.cell - 1) / to.cell;
+    for (const uint32_t brick : bricks_over(cell * voxels / to.cell, glm::min(end, to.cells)))
+      wanted.insert(brick);
+  }
+  BrickList result;
+  std::copy_if(bricks_[l].begin(), bricks_[l].end(), std::back_inserter(result),
+               [&](uint32_t brick) { return wanted.contains(brick); });
+  return result;
+}
+
+/// Takes another field, which `record_other` writes to `primal` and `ahead`, in these bricks where
+/// the frames then match better than with the present one. gain: what rho must fall by for nothing
+/// and for all of it to be taken.
+void PairSolver::choose(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
+                        BrickList bricks, glm::vec2 gain,
+                        const std::function<void()>& record_other) {
   const LevelPlan& level = plan_.levels[l];
-  const SearchPlan& search = start.search();
   LevelImages& i = levels_[l];
   const glm::dvec3 sigma(kChoiceSigma);
   const int passes = gauss_passes(level.cells, sigma);
-  if (passes == 0) return 0.0;  // a field of one cell: nothing to choose
-  const std::vector<uint32_t> nodes = unexplained(search);
-  const int labels = start.solve(fixed, moving, levels_[l + 1].field, nodes, costs_);
-  if (labels == 0) return 0.0;
-  activate(bricks_[l]);
+  // A field of one cell has nothing to choose.
+  if (passes == 0 || bricks.empty()) return;
+  activate(std::move(bricks));
   const vulkan::Sampler& nearest = kernels_->nearest();
   recorder_.restart();
   const auto left = [&](const vulkan::Image& first, const vulkan::Image& second) {
@@ -255,8 +280,7 @@ double PairSolver::search(size_t l, DiscreteStart& start, const FramePyramid& fi
     return passes % 2 == 1 ? &first : &second;
   };
   const vulkan::Image* now = left(i.dual[0], i.dual[1]);
-  record_upsampled(recorder_, l, start.field(), search.nodes,
-                   search.cell * plan_.levels[search.level].ratio, i.primal, i.ahead);
+  record_other();
   const vulkan::Image* other = left(i.smoothed[0], i.smoothed[1]);
   recorder_.dispatch(
       kernels_->choose(),
@@ -267,12 +291,11 @@ double PairSolver::search(size_t l, DiscreteStart& start, const FramePyramid& fi
        {i.primal, nearest},
        i.field,
        i.ahead},
-      shaders::ChoosePush{wide(level.cells),
-                          {-kChoiceWidth, kChoiceWidth, float(plan_.options.yield.flat), 0}},
+      shaders::ChoosePush{wide(level.cells), {gain, float(plan_.options.yield.flat), 0}},
       slice_groups(active_));
-  // Outside the mask nothing was chosen and `ahead` and `primal` contain the other field, which
-  // bricks at the mask's border read: restore this level's field.
-  if (bricks_[l].size() < all_bricks(level.cells).size())
+  // Outside these bricks nothing was chosen and `ahead` and `primal` contain the other field, which
+  // their neighbours read: restore this level's field.
+  if (active_.size() < all_bricks(level.cells).size())
     recorder_.dispatch(kernels_->upsample(), {{i.field, nearest}, i.ahead, i.primal},
                        shaders::UpsamplePush{wide(level.cells), wide(level.cells),
                                              glm::vec4(1, 1, 1, 0), glm::vec4(0)},
@@ -281,7 +304,32 @@ double PairSolver::search(size_t l, DiscreteStart& start, const FramePyramid& fi
   for (const vulkan::Image& equations : i.equations) recorder_.clear(equations);
   for (const vulkan::Image& smoothed : i.smoothed) recorder_.clear(smoothed);
   recorder_.run();
+}
+
+/// Searches for larger motion at these cells of level l + 1, and takes it where the frames then
+/// match better on level l than with the field that was just interpolated.
+double PairSolver::search(size_t l, DiscreteStart& start, const std::vector<glm::ivec3>& cells,
+                          const FramePyramid& fixed, const FramePyramid& moving) {
+  const SearchPlan& search = start.search();
+  const std::vector<uint32_t> nodes = nodes_at(cells, search);
+  const int labels = start.solve(fixed, moving, levels_[l + 1].field, nodes, costs_);
+  if (labels == 0) return 0.0;
+  choose(l, fixed, moving, bricks_[l], {-kChoiceWidth, kChoiceWidth}, [&] {
+    record_upsampled(recorder_, l, start.field(), search.nodes,
+                     search.cell * plan_.levels[search.level].ratio, levels_[l].primal,
+                     levels_[l].ahead);
+  });
   return double(nodes.size()) * labels;
+}
+
+/// Puts back to rest what level l + 1 dragged along: where it left something unexplained, and the
+/// frames match better without any motion than with the field.
+void PairSolver::rest(size_t l, const std::vector<glm::ivec3>& cells, const FramePyramid& fixed,
+                      const FramePyramid& moving) {
+  choose(l, fixed, moving, bricks_at(cells, l), {0.0F, 2.0F * kChoiceWidth}, [&] {
+    recorder_.clear(levels_[l].primal);
+    recorder_.clear(levels_[l].ahead);
+  });
 }
 
 /// The first iteration covers all bricks that the mask leaves and is measured alone: it finds the
@@ -399,10 +447,14 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
     LevelReport& level = report.levels.emplace_back();
     level.h_mm = plan_.levels[l].h_mm;
     begin_level(l);
-    for (const std::unique_ptr<DiscreteStart>& start : starts_) {
-      if (l + 1 != start->search().level) continue;
-      level.searched = search(l, *start, fixed, moving);
-      level.search_seconds = since(level_begin);
+    if (l + 1 < levels) {
+      const std::vector<glm::ivec3> cells = unexplained(l + 1);
+      for (const std::unique_ptr<DiscreteStart>& start : starts_) {
+        if (l + 1 != start->search().level) continue;
+        level.searched = search(l, *start, cells, fixed, moving);
+        level.search_seconds = since(level_begin);
+      }
+      rest(l, cells, fixed, moving);
     }
     const bool in_reach = iterate(l, fixed, moving, stop, level, [&](int iterations) {
       const double share = double(iterations) / std::max(1, plan_.levels[l].options.iterations);

@@ -38,8 +38,9 @@ class FieldSolver {
 /// palpate's own method, coarse to fine. Each level iterates
 ///   data term (normal_equations) - Gaussian window, on the finest level two - Gauss-Newton step,
 ///   composed (update, update_two) - total variation (tv_*),
-/// on the bricks that still need it. Where a coarse level leaves an unexplained difference, larger
-/// motion is searched for. At the end folds are repaired.
+/// on the bricks that still need it. Where a coarser level leaves an unexplained difference, larger
+/// motion is searched for, and what it dragged along is put back to rest. At the end folds are
+/// repaired.
 class PairSolver : public FieldSolver {
  public:
   PairSolver(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
@@ -70,10 +71,17 @@ class PairSolver : public FieldSolver {
   void record_upsampled(vulkan::Recorder& recorder, size_t l, const vulkan::Image& from,
                         glm::ivec3 from_cells, glm::ivec3 from_cell, const vulkan::Image& to,
                         const vulkan::Image& to_as_well);
-  std::vector<uint32_t> unexplained(const SearchPlan& search);
+  std::vector<glm::ivec3> unexplained(size_t l);
+  std::vector<uint32_t> nodes_at(const std::vector<glm::ivec3>& cells,
+                                 const SearchPlan& search) const;
+  BrickList bricks_at(const std::vector<glm::ivec3>& cells, size_t l) const;
+  void choose(size_t l, const FramePyramid& fixed, const FramePyramid& moving, BrickList bricks,
+              glm::vec2 gain, const std::function<void()>& record_other);
   /// Returns the work that was done, in nodes times labels.
-  double search(size_t l, DiscreteStart& start, const FramePyramid& fixed,
-                const FramePyramid& moving);
+  double search(size_t l, DiscreteStart& start, const std::vector<glm::ivec3>& cells,
+                const FramePyramid& fixed, const FramePyramid& moving);
+  void rest(size_t l, const std::vector<glm::ivec3>& cells, const FramePyramid& fixed,
+            const FramePyramid& moving);
   void record_iteration(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
                         const FramePyramid& moving, int colour);
   void record_equations(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
