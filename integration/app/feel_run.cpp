@@ -397,7 +397,7 @@ class FeelRun {
     connected_.second->newest(0, tick);
     if (std::exchange(second_fault_, tick.fault) == tick.fault) return;
     console_.say(fmt::format("Second    {}", tick.fault == DeviceFault::kNone
-                                                 ? "the device answers again"
+                                                 ? "the device answers"
                                                  : sentence(tick.fault)));
   }
 
