@@ -271,4 +271,11 @@ std::optional<DerivedWall> ridge_wall(const Volume& frame, double half_mm,
   return best_of(frame, half_mm, iso_value, smooth_mm, ridges_at, 0.0);
 }
 
+double thin_share(const Volume& frame, double iso_value, double half_mm) {
+  Mask brighter{frame.grid, std::vector<uint8_t>(frame.values.size())};
+  std::transform(frame.values.begin(), frame.values.end(), brighter.values.begin(),
+                 [&](float value) { return value > iso_value; });
+  return wall_quality(distance_without_ends(brighter), {0.0, 1.0}, kQualityShare * half_mm).ends;
+}
+
 }  // namespace palpate
