@@ -55,7 +55,7 @@ std::string note_text(const Note& note) {
     case NoteKind::kThinSurface:
       return fmt::format(
           "At {:.0f} % of its places this surface ends or has too little behind it to hold a hand "
-          "of 2 N at the scale at which it is shown: the hand passes through. Show it larger "
+          "of 1.5 N at the scale at which it is shown: the hand passes through. Show it larger "
           "(`scale`), or feel a lower `iso_value`.",
           100.0 * n.at(0));
     case NoteKind::kThinReplaced:
