@@ -86,7 +86,7 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
       ->capture_default_str();
   app.add_option("--look-level", command.view.level,
                  "Value in the middle of the look (HU for CT); in the window: middle drag up, down")
-      ->check(number_in(files::kAnyNumber));
+      ->check(number_in(files::kLookLevels));
   app.add_option("--look-width", command.view.width,
                  "Range of values that the look is spread over; in the window: middle drag left, "
                  "right")

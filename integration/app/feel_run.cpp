@@ -50,6 +50,7 @@ constexpr std::chrono::seconds kPatience{20};
 
 /// How often a run without a window looks what the servo thread does.
 constexpr std::chrono::milliseconds kLook{50};
+constexpr uint64_t kMostWaiting = 1024;  // ticks; the recorder has room for four times as many
 
 /// How long the end of a run waits for the picture that is being drawn.
 constexpr std::chrono::seconds kLastPicture{5};
@@ -322,7 +323,12 @@ class FeelRun {
         viewers_.window->frame(tick, motion_text(motion));
       else if (!computed_time_ || !motion.is_done() || gallery_)
         std::this_thread::sleep_for(kLook);
-      if (computed_time_) computed_time_->let_pass(std::chrono::nanoseconds(kLook).count());
+      // Computed time must not outrun those who write its ticks.
+      while (computed_time_ && (connected_.flight.waiting() > kMostWaiting ||
+                                connected_.second_flight.waiting() > kMostWaiting))
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      if (computed_time_ && !waits_for_picture(now_s, begin))
+        computed_time_->let_pass(std::chrono::nanoseconds(kLook).count());
       now_s = computed_time_ ? 1e-9 * double(computed_time_->now_ns() - begin_ns)
                              : std::chrono::duration<double>(Clock::now() - begin).count();
       connected_.session->newest(0, tick);
@@ -344,6 +350,13 @@ class FeelRun {
   }
 
   /// Ends the session, so that the force goes to zero whatever is being drawn; then the viewers.
+  /// Whether computed time stands still until the first picture is drawn, for at most a minute.
+  bool waits_for_picture(double now_s, Clock::time_point begin) const {
+    constexpr double kTouched_s = 0.2;
+    return gallery_ && now_s > kTouched_s && gallery_->frames() == 0 &&
+           gallery_->trouble().empty() && Clock::now() - begin < std::chrono::minutes(1);
+  }
+
   /// Further calls do nothing.
   void end() {
     if (is_ended_) return;

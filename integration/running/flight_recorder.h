@@ -31,6 +31,8 @@ class FlightRecorder {
 
   /// For the servo loop; null if nothing is kept.
   TickListener* listener() { return recorder_.get(); }
+  /// How many ticks are not written yet: a loop whose time is computed waits for these. Any thread.
+  uint64_t waiting() const { return recorder_ ? recorder_->waiting() : 0; }
   /// After the session has stopped, once: closes table and recording. kBadOutput if one is not
   /// complete.
   Status finish();

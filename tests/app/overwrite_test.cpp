@@ -105,6 +105,8 @@ std::map<std::string, std::vector<std::vector<std::string>>> rows(const InputFol
       {"motion", frames, "-o", frames},
       {"motion", frames + "/0.mha", frames + "/1.mha", "-o", frames},
   };
+  all["motion --page"] = {{"motion", a, b, "-o", in.at("u.mha"), "--page", b}};
+  all["feel --page"] = feel("--page", false);
   all["feel --csv"] = feel("--csv", false);
   all["feel --record"] = feel("--record", false);
   all["feel --picture"] = feel("--picture", false);

@@ -401,7 +401,7 @@ TEST_P(DeviceLoss, EndsPicturesWithASentence) {
         hand.at(z_m);
       }
     if (round == 0) {
-      EXPECT_EQ(pixels[24 * 64 + 32] >> 24, 255U);
+      EXPECT_GT(pixels[24 * 64 + 32] >> 24, 200U);
       calls = loss.calls();
       ASSERT_GT(calls, 8);
       for (int at = 0; at < calls; ++at) rounds.push_back(at);

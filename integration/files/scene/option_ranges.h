@@ -28,6 +28,7 @@ inline constexpr NumberRange kGains{0.0, 100.0};
 
 /// Of a sequence that is felt without a scene file.
 inline constexpr NumberRange kSurfaceStrengths_n{0.01, 1000.0, false, "N"};
+inline constexpr NumberRange kLookLevels{-1e9, 1e9};
 inline constexpr NumberRange kWidths{0.0, std::numeric_limits<double>::infinity(), true};
 inline constexpr NumberRange kFrameRates{0.001, 1e5, false, "frames per second"};
 inline constexpr NumberRange kScales{1e-4, 1e4};

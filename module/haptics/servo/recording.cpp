@@ -98,7 +98,7 @@ Result<std::unique_ptr<TickRecorder>> TickRecorder::start(const std::filesystem:
 }
 
 void TickRecorder::hear(const TickInput& input, const TickOutput& output) noexcept {
-  ring_.push({input, output});
+  if (ring_.push({input, output})) heard_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void TickRecorder::drain() {
@@ -106,6 +106,7 @@ void TickRecorder::drain() {
   while (ring_.pop(tick)) {
     if (writer_) writer_->hear(tick.input, tick.output);
     for (TickListener* listener : listeners_) listener->hear(tick.input, tick.output);
+    passed_.fetch_add(1, std::memory_order_relaxed);
   }
 }
 

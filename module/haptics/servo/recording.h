@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -65,6 +66,8 @@ class TickRecorder : public TickListener {
   /// recording. Without it that counts as cut off. kBadOutput if it could not be written.
   Status finish();
   uint64_t lost() const { return ring_.dropped(); }
+  /// How many ticks were heard and are not passed on yet. Any thread.
+  uint64_t waiting() const noexcept { return heard_.load() - passed_.load(); }
 
  private:
   TickRecorder(std::optional<RecordingWriter> writer, std::vector<TickListener*> listeners);
@@ -73,6 +76,7 @@ class TickRecorder : public TickListener {
   std::optional<RecordingWriter> writer_;
   std::vector<TickListener*> listeners_;
   Ring<HeardTick, 4096> ring_;
+  std::atomic<uint64_t> heard_{0}, passed_{0};
   std::unique_ptr<Background> background_;
 };
 
