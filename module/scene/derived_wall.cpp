@@ -15,6 +15,7 @@ namespace {
 constexpr std::array kSmooth_mm{1.0, 2.0, 3.0, 4.0};
 constexpr double kFewEnds = 0.1;
 constexpr double kQualityShare = 0.67;  // of half_mm, which is for 3 N: for 2 N
+constexpr double kThinShare = 0.5;      // of half_mm: for 1.5 N
 constexpr double kSmallest_mm = 10.0;   // edge of a cube as large as the pieces and holes that stay
 constexpr double kFar_mm = 3.0;         // from a ridge
 constexpr double kSide = 0.003;  // weight of the side of the iso_value beside that of a ridge
@@ -269,6 +270,13 @@ std::optional<DerivedWall> ridge_wall(const Volume& frame, double half_mm,
                                       std::optional<double> smooth_mm) {
   // Its distance ends kFar_mm behind the border.
   return best_of(frame, half_mm, iso_value, smooth_mm, ridges_at, 0.0);
+}
+
+double thin_share(const Volume& frame, double iso_value, double half_mm) {
+  Mask brighter{frame.grid, std::vector<uint8_t>(frame.values.size())};
+  std::transform(frame.values.begin(), frame.values.end(), brighter.values.begin(),
+                 [&](float value) { return value > iso_value; });
+  return wall_quality(distance_without_ends(brighter), {0.0, 1.0}, kThinShare * half_mm).ends;
 }
 
 }  // namespace palpate

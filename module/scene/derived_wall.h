@@ -51,4 +51,9 @@ std::optional<DerivedWall> ridge_wall(const Volume& frame, double half_mm,
                                       std::optional<double> iso_value = {},
                                       std::optional<double> smooth_mm = {});
 
+/// The share of the places on the surface of this value (0 to 1) that do not hold a hand: it ends
+/// there (WallQuality::ends), or what is brighter behind it is not as deep as half of half_mm. Uses
+/// all cores.
+double thin_share(const Volume& frame, double iso_value, double half_mm);
+
 }  // namespace palpate

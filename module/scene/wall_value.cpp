@@ -43,6 +43,14 @@ bool rises(const Volume& frame, double iso_value, double deep, glm::dvec3 from, 
 
 }  // namespace
 
+WallValue value_between_groups(const Volume& frame, double below) {
+  Volume darker;
+  std::copy_if(frame.values.begin(), frame.values.end(), std::back_inserter(darker.values),
+               [&](float value) { return value < below; });
+  darker.grid.size = {int(darker.values.size()), 1, 1};
+  return darker.values.empty() ? value_between_groups(frame) : value_between_groups(darker);
+}
+
 double wall_scale(const Grid& grid) {
   const glm::dvec3 edges_mm = glm::dvec3(grid.size) * grid.spacing_mm;
   return std::min(1.0, std::max({edges_mm.x, edges_mm.y, edges_mm.z}) / kLarge_mm);

@@ -14,6 +14,9 @@ struct WallValue {
 /// them is taken: a quarter of the distance of their means. For data with one value only, that.
 WallValue value_between_groups(const Volume& frame);
 
+/// The same of the values below `below` only: the next surface around what is brighter.
+WallValue value_between_groups(const Volume& frame, double below);
+
 /// What a surface of equal value is as a wall.
 struct WallQuality {
   WallValue at;

@@ -52,6 +52,19 @@ std::string note_text(const Note& note) {
           "The iso-surface is no closed wall: at {:.0f} % of its places it ends within {:.2g} mm "
           "or has a hole. (`wall` values feels it all the same.)",
           100.0 * n.at(1), n.at(0));
+    case NoteKind::kThinSurface:
+      return fmt::format(
+          "At {:.0f} % of its places this surface ends or has too little behind it to hold a hand "
+          "of 1.5 N at the scale at which it is shown: the hand passes through. Show it larger "
+          "(`scale`), or feel a lower `iso_value`.",
+          100.0 * n.at(0));
+    case NoteKind::kThinReplaced:
+      return fmt::format(
+          "What is brighter than {:.4g} is too thin to hold a hand at {:.0f} % of its places at "
+          "the "
+          "scale at which it is shown, so the wall of what is around it is felt. (`wall` values "
+          "feels it all the same.)",
+          n.at(0), 100.0 * n.at(1));
     case NoteKind::kRegionWall:
       return derived_text(fmt::format("the border of what is brighter than {:.4g}", n.at(0)),
                           &n[1]) +

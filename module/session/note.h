@@ -13,6 +13,8 @@ enum class NoteKind : uint8_t {
   kClosedSurface,    ///< numbers: mm, and the share of places with an end or a hole within them
   kOpenSurface,      ///< the same, of a surface that is no closed wall
   kSurfaceReplaced,  ///< the same, where a derived wall is felt instead
+  kThinSurface,      ///< numbers: the share of its places that hold no hand
+  kThinReplaced,     ///< numbers: iso-value, and this share, where a lower value is felt instead
   /// numbers: iso-value, frame, smoothing in mm, share of places with an end, mm by which it was
   /// closed and opened
   kRegionWall,

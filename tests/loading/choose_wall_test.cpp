@@ -57,6 +57,37 @@ TEST(ChooseWall, TakesTheSurfaceBetweenTheMainGroupsOfValues) {
   EXPECT_DOUBLE_EQ(chosen->mode->strength(found), 2.0);
 }
 
+/// A hot core of 12 mm in a ball: at the scale that needs 8 mm on each side it holds no hand, but
+/// the ball around it does.
+TEST(ChooseWall, TakesWhatIsAroundASurfaceThatIsTooThinToHoldAHand) {
+  const Volume frame = test::frame_of([](glm::dvec3 x) {
+    const double r = glm::length(x);
+    return 100.0 * edge(kBallRadius_mm - r) + 600.0 * edge(6.0 - r);
+  });
+  WallFrame seen_small = seen(frame);
+  seen_small.half_mm = 8.0;
+  const auto around = choose_wall(seen_small, {}, true, "hot.mha");
+  ASSERT_TRUE(around) << around.error().message;
+  EXPECT_THAT(kinds_of(*around), ElementsAre(NoteKind::kThinReplaced, NoteKind::kRegionWall));
+  ASSERT_TRUE(around->derived);
+  EXPECT_LT(around->derived->iso_value, 100.0);
+  EXPECT_LT(off_the_ball_mm(around->derived->distance_mm), 1.0);
+
+  SequenceChoices values;
+  values.wall = FeltWall::kValues;
+  const auto asked = choose_wall(seen_small, values, true, "hot.mha");
+  ASSERT_TRUE(asked) << asked.error().message;
+  EXPECT_TRUE(asked->mode);
+  EXPECT_EQ(kinds_of(*asked).back(), NoteKind::kThinSurface);
+
+  // Shown large enough, the core itself is felt.
+  WallFrame seen_large = seen(frame);
+  seen_large.half_mm = 2.0;
+  const auto core = choose_wall(seen_large, {}, true, "hot.mha");
+  ASSERT_TRUE(core) << core.error().message;
+  EXPECT_THAT(kinds_of(*core), ElementsAre(NoteKind::kSurfaceAt, NoteKind::kClosedSurface));
+}
+
 TEST(ChooseWall, TakesWhatIsAsked) {
   SequenceChoices choices;
   choices.iso_value = 700.0;
