@@ -27,12 +27,14 @@ constexpr int64_t kSessionMs_ns = 1'000'000;
 constexpr double kSessionStep_n =
     0.1;  // largest change of the force of a resting hand in a millisecond
 
-/// The beating shell as frames that a program has in memory, without its motion.
+/// The beating shell as frames that a program has in memory, without its motion, felt at its
+/// iso-surface: on a grid this coarse it is too thin to be the usual wall.
 LoadedScene shell_in_memory(int size = 40, int frames = 4) {
   auto given = std::make_shared<loading::GivenVolume>();
   given->frames = shell_phantom(size, frames, 1, 0.0);
   loading::SequenceChoices choices;
   choices.given["shell frames"] = given;
+  choices.wall = loading::FeltWall::kValues;
   auto scene = loading::load_scene({"shell frames"}, choices);
   EXPECT_TRUE(scene) << (scene ? "" : scene.error().message);
   return scene ? std::move(*scene) : LoadedScene{};
