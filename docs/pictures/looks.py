@@ -25,7 +25,7 @@ def main() -> None:
         for n, volume in enumerate(VOLUMES):
             # Under a name that says nothing.
             picture = Path(folder) / f"{n}.png"
-            subprocess.run([palpate, "view", str(Path(data) / f"{volume}.mha"), "--picture", str(picture), "--picture-size", str(2 * EDGE),
+            subprocess.run([palpate, "view", str(Path(data) / f"{volume}.mha"), "--picture", str(picture), "--no-slices", "--picture-size", str(2 * EDGE),
                             "--quiet"], check=True)
             pen.save()
             pen.translate(n % COLUMNS * EDGE, n // COLUMNS * EDGE)

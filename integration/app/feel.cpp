@@ -98,6 +98,9 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
   app.add_flag_callback(
       "--no-box", [&command] { command.view.box = false; },
       "No edges and letters around the volume");
+  app.add_flag_callback(
+      "--no-slices", [&command] { command.view.slices = false; },
+      "No slices beside the picture (key S in the window)");
   app.add_option("--picture-size", command.picture_size,
                  "Pixels along an edge of each eye's picture")
       ->check(whole_number_in(64, 2048))

@@ -527,7 +527,10 @@ class FeelRun {
     const charts::Timeline timeline =
         feel_timeline("", connected_.flight.log()->numbers(), connected_.flight.log()->rows());
     const std::string title = "Feeling " + name_of(command_);
-    Status done = stage_views(*outputs_, gallery_->pictures(), title, timeline);
+    ScenePicture of_slices(command_.view);
+    of_slices.update(connected_.session->scene());
+    Status done = stage_views(*outputs_, gallery_->pictures(),
+                              command_.view.slices ? &of_slices : nullptr, title, timeline);
     if (!done) return done;
     const auto path = outputs_->stage("summary.txt");
     if (!path) return path.error();

@@ -1,19 +1,32 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "integration/app/outputs.h"
 #include "integration/charts/felt_page.h"
 #include "module/session/gallery.h"
+#include "module/session/scene_picture.h"
 
 namespace palpate::app {
 
 /// A picture in the format of charts, opaque.
 charts::Bitmap raster_of(const Picture& picture);
 
-/// Stages view_1.png, ... and page.png, with what was seen and felt. Errors: kBadOutput.
+/// Slices of a scene's first visible volume as a panel beside a picture of this height: their place
+/// in `snapshot`, with its time below. None without volumes, and none beside a picture that is too
+/// low for it.
+std::optional<charts::Bitmap> slices_beside(const ScenePicture& picture,
+                                            const SceneSnapshot& snapshot, int height_px);
+
+/// Writes pictures of one height side by side, opaque, as PNG. Errors: kBadOutput, kOutOfMemory.
+Status write_side_by_side(const std::string& path, const std::vector<charts::Bitmap>& rasters);
+
+/// Stages view_1.png, ... and page.png, with what was seen and felt. of_slices: of the scene, as it
+/// was felt; null: no slices. Errors: kBadOutput.
 Status stage_views(Outputs& outputs, const std::vector<StereoPicture>& pictures,
-                   const std::string& title, const charts::Timeline& timeline);
+                   const ScenePicture* of_slices, const std::string& title,
+                   const charts::Timeline& timeline);
 
 }  // namespace palpate::app

@@ -48,11 +48,15 @@ size_t frames_of(const LoadedScene& scene) {
   return most;
 }
 
-Status write_one_eye(const fs::path& path, const Picture& picture) {
-  const charts::Bitmap raster = raster_of(picture);
-  charts::Canvas canvas(raster.width, raster.height, charts::Color{});
-  canvas.draw_raster(raster, {0.0, 0.0}, 0.0);
-  return canvas.save(path.string());
+/// Pictures of one height side by side, with slices at their right where these are wanted.
+Status write_pictures(const fs::path& path, std::span<const Picture> eyes, const Viewer& viewer,
+                      const SceneSnapshot& snapshot, bool with_slices) {
+  std::vector<charts::Bitmap> rasters;
+  for (const Picture& eye : eyes) rasters.push_back(raster_of(eye));
+  if (with_slices)
+    if (auto slices = slices_beside(viewer.picture(), snapshot, rasters.front().height))
+      rasters.push_back(std::move(*slices));
+  return write_side_by_side(path.string(), rasters);
 }
 
 /// Loads the scene, or for a live source its first frame.
@@ -89,10 +93,12 @@ Status draw(const FeelCommand& command, double frame, Console& console, std::sto
   if (const Status set = (*viewer)->update(*assembled); !set) return set;
   if (const Status shows = (*viewer)->picture().shows_something(); !shows) return shows;
   if (!command.picture.empty()) {
-    const auto eyes = (*viewer)->take_all(snapshot_at(*scene, frame), size, 1);
+    const SceneSnapshot snapshot = snapshot_at(*scene, frame);
+    const auto eyes = (*viewer)->take_all(snapshot, size, 1);
     if (!eyes) return eyes.error();
-    if (const Status written = write_one_eye(command.picture, eyes->front()); !written)
-      return written;
+    const Status written =
+        write_pictures(command.picture, *eyes, **viewer, snapshot, command.view.slices);
+    if (!written) return written;
     console.say(fmt::format("Wrote     {}", command.picture.string()));
   }
   if (!outputs) return Nothing{};
@@ -100,12 +106,12 @@ Status draw(const FeelCommand& command, double frame, Console& console, std::sto
   for (size_t k = 0; k < frames; ++k) {
     if (stop.stop_requested()) return Error{ErrorKind::kCancelled, "Stopped: nothing was written"};
     console.progress(double(k) / double(frames), "drawing");
-    const auto eyes = (*viewer)->take_all(snapshot_at(*scene, double(k)), size, 2);
+    const SceneSnapshot snapshot = snapshot_at(*scene, double(k));
+    const auto eyes = (*viewer)->take_all(snapshot, size, 2);
     if (!eyes) return eyes.error();
     const auto path = outputs->stage(fmt::format("frame_{}.png", k));
     if (!path) return path.error();
-    const Status written = charts::write_stereo_view(
-        path->string(), {raster_of((*eyes)[0]), raster_of((*eyes)[1]), {}, {}});
+    const Status written = write_pictures(*path, *eyes, **viewer, snapshot, command.view.slices);
     if (!written) return outputs->in_place(written.error());
   }
   console.end_progress();

@@ -49,11 +49,4 @@ Status write_felt_page(const std::string& path, const FeltPage& page) {
   return canvas.save(path);
 }
 
-Status write_stereo_view(const std::string& path, const StereoView& view) {
-  Canvas canvas(view.left.width + view.right.width, view.left.height, kWhite);
-  canvas.draw_raster(view.left, {0.0, 0.0}, 0.0);
-  canvas.draw_raster(view.right, {double(view.left.width), 0.0}, 0.0);
-  return canvas.save(path);
-}
-
 }  // namespace palpate::charts

@@ -27,7 +27,4 @@ struct FeltPage {
 /// Writes the page as PNG, whole or not at all. Errors as write_timeline's.
 Status write_felt_page(const std::string& path, const FeltPage& page);
 
-/// Writes one stereo view as PNG, left eye on the left. kBadOutput, kOutOfMemory.
-Status write_stereo_view(const std::string& path, const StereoView& view);
-
 }  // namespace palpate::charts

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <thread>
 
+#include "integration/charts/slice_panel.h"
 #include "integration/desktop/help.h"
 #include "module/scene/drive.h"
 
@@ -18,6 +19,7 @@ constexpr double kLevelDrag = 1.0, kWidthDrag = 2.0;  // widths, and exponent, f
 constexpr double kTurn = 3.0;                         // radians for a drag over the window's height
 constexpr double kZoom = 0.90;                        // of the distance, per notch or key
 constexpr double kNotch = 1.0 / 40.0;    // of the ball around the volumes, per notch of the wheel
+constexpr double kSliceStep = 1.0 / 40;  // of the ball around the volumes, per key
 constexpr double kScrubStep = 1.0 / 40;  // of the sequence
 constexpr int kPlotWidth = 330, kPlotHeight = 160, kEdge = 14;
 constexpr double kToldWork_j = 0.1;  // a scene that does as much work on the hand tells it
@@ -69,6 +71,7 @@ void DesktopLoop::begin(Session& session, PositionSource* mouse) {
   }
   window_->poll();  // what was done while nothing could be seen is not meant for the scene
   live_ = std::make_unique<LivePicture>(session, gpu_);
+  slices_ = std::make_unique<LiveSlices>(session);
 }
 
 Eye DesktopLoop::eye() const {
@@ -135,6 +138,15 @@ void DesktopLoop::press(const KeyPress& press, const Input& input) {
     case KeyAction::kClearTubes:
       if (view_.hand) session_->clear_tubes();
       break;
+    case KeyAction::kSlices:
+      view_.slices = !view_.slices;
+      break;
+    case KeyAction::kSlicesAway:
+    case KeyAction::kSlicesNear:
+      view_.slices_moved_m += kSliceStep * ball_m_ *
+                              (press.key == KeyAction::kSlicesAway ? 1.0 : -1.0) *
+                              (eye().orientation * glm::dvec3(0.0, 0.0, -1.0));
+      break;
     case KeyAction::kHelp:
       shows_help_ = !shows_help_;
       break;
@@ -174,18 +186,31 @@ void DesktopLoop::move_probe(const Input& input) {
   mouse_->hold(device.volume_from_world(pointing_.place_m()), input.left ? 1 : 0);
 }
 
-std::string DesktopLoop::phase_line() const {
+std::vector<std::string> DesktopLoop::phase_lines() const {
   const auto felt = session_->scene();
   for (int v = 0; shown_ && v < std::min(int(felt->volumes.size()), shown_->snapshot.volume_count);
        ++v) {
     const MovingVolume& volume = *felt->volumes[size_t(v)].data;
     if (volume.is_still()) continue;
-    const FramePointer at = pointer_at(volume.times, shown_->snapshot.volumes[size_t(v)].time_s);
-    const bool moves = shown_->snapshot.volumes[size_t(v)].rate != 0.0;
-    return fmt::format("frame {:.1f} of {}{}", at.frame + at.phase, volume.times.times_s.size(),
-                       moves ? "" : ", paused");
+    const VolumeSnapshot& of = shown_->snapshot.volumes[size_t(v)];
+    std::vector<std::string> lines = charts::time_lines(volume.times, of.time_s);
+    if (of.rate == 0.0 && !lines.empty()) lines.front() += ", paused";
+    return lines;
   }
   return {};
+}
+
+void DesktopLoop::draw_panel(int height_px) {
+  if (!view_.slices || !shown_ || height_px < charts::kLowestWithSlices_px) {
+    drawn_slices_ = nullptr;
+    panel_ = {};
+    return;
+  }
+  slices_->want({shown_->snapshot, view_, charts::slice_edge_px(height_px)});
+  auto newest = slices_->newest();
+  if (newest == drawn_slices_ && panel_.height == height_px) return;
+  drawn_slices_ = std::move(newest);
+  panel_ = drawn_slices_ ? charts::draw_slices({*drawn_slices_, {}}, height_px) : charts::Bitmap{};
 }
 
 void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
@@ -195,7 +220,7 @@ void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   const std::string trouble = live_->trouble();
   if (!trouble.empty()) lines.push_back("There is no picture: " + trouble);
   if (trouble.empty() && !shown_) lines.push_back("The first picture is being drawn.");
-  if (const std::string phase = phase_line(); !phase.empty()) lines.push_back(phase);
+  for (const std::string& line : phase_lines()) lines.push_back(line);
   if (!note.empty()) lines.push_back(note);
   if (view_.look != "auto") lines.push_back("look: " + view_.look);
   if (view_.hand && tick.cause != Cause::kNone) lines.push_back(sentence(tick.cause));
@@ -219,7 +244,12 @@ void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
                             note_.height + 2 * edge, edge);
     overlays.push_back({&help_, corners.help});
   }
-  if (view_.hand && corners.shows_plot) overlays.push_back({&strip, corners.plot});
+  const bool shows_plot = view_.hand && corners.shows_plot;
+  if (shows_plot) overlays.push_back({&strip, corners.plot});
+  // Slices at the right, above the plot.
+  draw_panel(size.height - 2 * edge - (shows_plot ? strip.height + edge : 0));
+  if (panel_.width > 0 && 3 * panel_.width <= size.width)
+    overlays.push_back({&panel_, {size.width - panel_.width - edge, edge}});
   static const Picture kNothing;
   window_->show(shown_ ? shown_->picture : kNothing, overlays);
 }

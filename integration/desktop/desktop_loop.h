@@ -10,6 +10,7 @@
 #include "integration/desktop/window.h"
 #include "module/haptics/servo/position_source.h"
 #include "module/session/live_picture.h"
+#include "module/session/live_slices.h"
 
 namespace palpate::desktop {
 
@@ -34,7 +35,10 @@ class DesktopLoop {
   /// note: a line for the person, or nothing.
   void frame(const TickOutput& tick, const std::string& note);
   /// Ends the drawing; before the session goes.
-  void end() { live_.reset(); }
+  void end() {
+    live_.reset();
+    slices_.reset();
+  }
 
   /// The person closed the window or pressed Esc.
   bool closed() const { return window_->closed(); }
@@ -48,7 +52,9 @@ class DesktopLoop {
   void steer(const Input& input);
   void move_probe(const Input& input);
   void draw(const TickOutput& tick, const std::string& note);
-  std::string phase_line() const;
+  /// Asks for slices and draws the newest as a panel of this height, px; none: an empty one.
+  void draw_panel(int height_px);
+  std::vector<std::string> phase_lines() const;
   Eye eye() const;
 
   std::unique_ptr<Window> window_;
@@ -69,6 +75,9 @@ class DesktopLoop {
   double ball_m_ = 0.1;  ///< radius around all volumes, world
   std::unique_ptr<LivePicture> live_;
   std::shared_ptr<const LiveFrame> shown_;
+  std::unique_ptr<LiveSlices> slices_;
+  std::shared_ptr<const OrthogonalSlices> drawn_slices_;  ///< what panel_ shows
+  charts::Bitmap panel_;
 };
 
 }  // namespace palpate::desktop

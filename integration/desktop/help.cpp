@@ -25,15 +25,17 @@ constexpr std::array<HelpLine, 5> kWithProbe = {{
     {"Right drag", "turn the view"},
     {"Right + wheel, \u00b1", "closer, further"},
 }};
-constexpr std::array<HelpLine, 2> kWithoutProbe = {{
+constexpr std::array<HelpLine, 3> kWithoutProbe = {{
     {"Drag", "turn the view"},
     {"Wheel, \u00b1", "closer, further"},
+    {"\u2191  \u2193", "slices away, nearer"},
 }};
 constexpr HelpLine kTubes{"T  K  X", "stream tube: lay, keep, clear"};
-constexpr std::array<HelpLine, 8> kKeys = {{
+constexpr std::array<HelpLine, 9> kKeys = {{
     {"Space", "play or pause"},
     {"\u2190  \u2192", "back, forward in time"},
     {"C", "cut open"},
+    {"S", "slices on, off"},
     {"1 \u2026 8, 0", "looks, what suits the data"},
     {"Middle drag", "level, width"},
     {"R / O", "probe / view back"},
@@ -51,12 +53,15 @@ charts::Bitmap draw_help(double scale, bool probe, bool hand) {
     lines.assign(kWithoutProbe.begin(), kWithoutProbe.end());
   if (hand) lines.push_back(kTubes);
   lines.insert(lines.end(), kKeys.begin(), kKeys.end());
-  const glm::dvec2 size =
-      scale * glm::dvec2(282.0, 2.0 * kHelpEdge - 5.0 + kRow * double(lines.size()));
-  Canvas canvas(int(size.x), int(size.y));
-  canvas.fill_box({0.0, 0.0}, size, kHelpPaper, 0.80, 9.0 * scale);
   const TextStyle key{.size_px = 12.0 * scale, .bold = true, .color = kHelpInk};
   const TextStyle meaning{.size_px = 12.0 * scale, .color = kHelpQuiet};
+  Canvas ruler(1, 1);
+  double widest = 0.0;
+  for (const auto& [name, does] : lines) widest = std::max(widest, ruler.text_width(does, meaning));
+  const glm::dvec2 size(std::ceil(widest) + scale * (2.0 * kHelpEdge + kColumn),
+                        scale * (2.0 * kHelpEdge - 5.0 + kRow * double(lines.size())));
+  Canvas canvas(int(size.x), int(size.y));
+  canvas.fill_box({0.0, 0.0}, size, kHelpPaper, 0.80, 9.0 * scale);
   double y = kHelpEdge + 10.0;
   for (const auto& [name, does] : lines) {
     canvas.draw_text(name, scale * glm::dvec2(kHelpEdge, y), key);

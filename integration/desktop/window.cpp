@@ -61,6 +61,12 @@ std::optional<KeyPress> meaning_of(int key) {
       return KeyPress{KeyAction::kKeepTubes};
     case GLFW_KEY_X:
       return KeyPress{KeyAction::kClearTubes};
+    case GLFW_KEY_S:
+      return KeyPress{KeyAction::kSlices};
+    case GLFW_KEY_UP:
+      return KeyPress{KeyAction::kSlicesAway};
+    case GLFW_KEY_DOWN:
+      return KeyPress{KeyAction::kSlicesNear};
     case GLFW_KEY_H:
       return KeyPress{KeyAction::kHelp};
     case GLFW_KEY_ESCAPE:
@@ -73,7 +79,8 @@ std::optional<KeyPress> meaning_of(int key) {
 /// Those that go on while they are held.
 bool repeats(KeyAction key) {
   return key == KeyAction::kBack || key == KeyAction::kForward || key == KeyAction::kNearer ||
-         key == KeyAction::kFurther;
+         key == KeyAction::kFurther || key == KeyAction::kSlicesAway ||
+         key == KeyAction::kSlicesNear;
 }
 
 glm::dvec2 size_in_units(GLFWwindow* window) {

@@ -30,6 +30,9 @@ enum class KeyAction {
   kTube,        ///< T: a stream tube at the proxy
   kKeepTubes,   ///< K: stream tubes stay
   kClearTubes,  ///< X: those that do not are gone
+  kSlices,      ///< S: slices on or off
+  kSlicesAway,  ///< arrow up: slices away from the eye; comes again while it is held
+  kSlicesNear,  ///< arrow down
   kHelp,        ///< H: help on or off
   kQuit,        ///< Esc; closed() is true from then on
 };

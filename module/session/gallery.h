@@ -19,7 +19,8 @@ struct GalleryOptions {
 /// A stereo picture, and the state of the scene at its time.
 struct StereoPicture {
   std::array<Picture, 2> eyes;  ///< left, right
-  double frame = 0.0;           ///< of the first moving volume, with its phase
+  SceneSnapshot snapshot;
+  double frame = 0.0;  ///< of the first moving volume, with its phase
   double force_n = 0.0;
 };
 

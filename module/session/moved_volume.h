@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <stop_token>
 #include <vector>
 
@@ -8,6 +9,29 @@
 #include "module/scene/moving_volume.h"
 
 namespace palpate {
+
+/// Reads a volume at one time as it is felt and shown: equations (24) to (26) of the paper. Places
+/// in volume space, m. The volume must outlive it. One thread; no allocation after construction.
+class MovedReader {
+ public:
+  /// time_s: of the sequence.
+  MovedReader(const MovingVolume& volume, double time_s);
+
+  /// Where the material that is at y now is in its frame; where no motion is known, y.
+  glm::dvec3 material_at(glm::dvec3 y_m);
+  /// The value of the material that is at x in its frame.
+  double value(glm::dvec3 x_m) const;
+  /// The signed distance to a segment's surface there, mm, above 0 inside; not a number where the
+  /// segment is not known at this time.
+  double distance_mm(const Segment& segment, glm::dvec3 x_m) const;
+
+ private:
+  const MovingVolume& volume_;
+  FramePointer pointer_;
+  size_t frame_, next_;
+  const MotionMap* map_ = nullptr;
+  std::optional<SequenceSnapshot> whole_;
+};
 
 /// A volume at one time, as it is felt and shown.
 struct MovedVolume {

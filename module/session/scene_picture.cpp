@@ -98,6 +98,35 @@ Look look_for(const std::string& name, const Scene& scene, const SceneVolume& vo
   return appearance.width > 0.0 ? windowed(look, appearance.window_level, appearance.width) : look;
 }
 
+/// Black and white of slices: from the lowest value to what is bright; of CT from fat and air, as
+/// far as they are there, to bone.
+glm::dvec2 greys_for(const FrameData& frame) {
+  constexpr double kCt_hu = -300.0, kBlack_hu = -1000.0, kWhite_hu = 400.0;
+  const ValueSummary values = summary_of(frame);
+  const bool is_ct = values.lowest < kCt_hu;
+  const double black = is_ct ? std::max(values.lowest, kBlack_hu) : values.lowest;
+  const double bright = values.foreground.back();
+  return {black, std::max(is_ct ? std::min(bright, kWhite_hu) : bright, black + 1e-9)};
+}
+
+/// The middle of what is inside of the visible segments, volume space, m; of the data where there
+/// is nothing inside.
+glm::dvec3 middle_of(const MovingVolume& volume) {
+  constexpr int kAlong = 24;
+  const FrameData& frame = *volume.frames.front();
+  glm::dvec3 sum(0.0);
+  int inside = 0;
+  for (int z = 0; z < kAlong; ++z)
+    for (int y = 0; y < kAlong; ++y)
+      for (int x = 0; x < kAlong; ++x) {
+        const glm::dvec3 share = (glm::dvec3(x, y, z) + 0.5) / double(kAlong);
+        const glm::dvec3 at = glm::mix(frame.low_m(), frame.high_m(), share);
+        for (const Segment& segment : volume.segments)
+          if (segment.shown && segment.distance_mm.front()->scalar(at) > 0.0) sum += at, ++inside;
+      }
+  return inside > 0 ? sum / double(inside) : 0.5 * (frame.low_m() + frame.high_m());
+}
+
 }  // namespace
 
 Status check_look(const std::string& name) {
@@ -124,8 +153,10 @@ bool ScenePicture::update(std::shared_ptr<const Scene> felt) {
   }
   if (looks_.size() != volumes.size()) {
     looks_.clear();
+    greys_.clear();
     stream_.clear();
     for (const size_t v : shown_) {
+      greys_.push_back(greys_for(*felt->volumes[v].data->frames.front()));
       looks_.push_back(look_for(choices_.look, *felt, felt->volumes[v]));
       stream_.emplace_back(felt->volumes[v].spec.appearance.tubes_per_axis);
     }
@@ -167,6 +198,44 @@ Status ScenePicture::shows_something() const {
                   "look '{}' at level {:.6g} and width {:.6g} shows none of them: choose "
                   "another look, level or width",
                   volumes_[0]->name, low, high, look.name, level_of(look), width_of(look))};
+}
+
+glm::dvec2 ScenePicture::greys_of(size_t v) const {
+  const bool is_own = !choices_.width && !choices_.level && choices_.level_moved == 0.0 &&
+                      choices_.width_factor == 1.0;
+  if (is_own) return greys_[v];
+  const Look look = look_of(v);
+  return level_of(look) + 0.5 * width_of(look) * glm::dvec2(-1.0, 1.0);
+}
+
+std::optional<OrthogonalSlices> ScenePicture::slices(const SceneSnapshot& snapshot,
+                                                     int edge_px) const {
+  if (volumes_.empty()) return {};
+  const MovingVolume& volume = *volumes_[0];
+  const VolumeSnapshot& of = snapshot.volumes[shown_[0]];
+  std::vector<SliceWall> walls;
+  for (size_t s = 0; s < volume.segments.size(); ++s)
+    if (volume.segments[s].shown)
+      walls.push_back({volume.segments[s].name, volume.segments[s].colour, 0.0, int(s)});
+  for (const SceneMode& mode : felt_->modes) {
+    const std::vector<double>& in = mode.spec.strength.in();
+    if (mode.segment >= 0 || mode.spec.kind != "surface" || mode.spec.volume != spec(0).name ||
+        mode.spec.scalar != ScalarProperty::kValue || in.empty())
+      continue;
+    const double iso_value = 0.5 * (in.front() + in.back());
+    walls.push_back(
+        {fmt::format("{}: {:.4g}", mode.spec.name, iso_value), glm::vec3(kProxy), iso_value, -1});
+  }
+  const Transform& world = of.world_from_volume;
+  const glm::dvec3 place_m =
+      choices_.hand ? snapshot.proxy_m
+                    : world.world_from_volume(middle_of(volume)) + choices_.slices_moved_m;
+  const glm::dvec3 place = world.volume_from_world(place_m);
+  OrthogonalSlices slices = slices_through(volume, of.time_s, place, edge_px, std::move(walls));
+  const glm::dvec2 greys = greys_of(0);
+  slices.black = greys.x;
+  slices.white = greys.y;
+  return slices;
 }
 
 void ScenePicture::box(const SceneSnapshot& snapshot, glm::dvec3& low, glm::dvec3& high) const {

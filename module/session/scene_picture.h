@@ -9,6 +9,7 @@
 #include "module/haptics/scene/scene.h"
 #include "module/haptics/scene/scene_snapshot.h"
 #include "module/session/hand_tubes.h"
+#include "module/session/slices.h"
 #include "module/view/stream_lines.h"
 #include "module/view/view_scene.h"
 #include "module/view/volume_renderer.h"
@@ -23,10 +24,12 @@ struct ViewChoices {
   std::optional<double> level, width;
   /// The same, moved by hand: the middle by so many widths, the width by this factor.
   double level_moved = 0.0, width_factor = 1.0;
-  bool whole_frames = false;  ///< for comparison: frames as they are, not moved between them
-  bool box = true;            ///< edges of the data, and letters for the patient's sides
-  bool cut_open = false;      ///< cut away what lies between the eye and the place that is touched
-  bool hand = true;           ///< draw pen, proxy and force; false: viewing only
+  bool whole_frames = false;       ///< for comparison: frames as they are, not moved between them
+  bool box = true;                 ///< edges of the data, and letters for the patient's sides
+  bool slices = true;              ///< three slices beside the picture, where there is room
+  glm::dvec3 slices_moved_m{0.0};  ///< without a hand: their place from the middle, world
+  bool cut_open = false;  ///< cut away what lies between the eye and the place that is touched
+  bool hand = true;       ///< draw pen, proxy and force; false: viewing only
   /// The probe is a bare fingertip without force feedback: instead of a pen a ball is drawn. Its
   /// colour shows whether it touches and, up to full_force_n, how hard; in contact it stays at the
   /// surface.
@@ -57,6 +60,11 @@ class ScenePicture {
   /// show none of their values, and there are no segments and no tubes. After update().
   Status shows_something() const;
 
+  /// Slices through the first visible volume at the time of the tick: at the place that is touched,
+  /// or without a hand in the middle of its segments, else of the data. Contours are those of the
+  /// visible segments and of the iso-surfaces that are felt. None without volumes. After update().
+  std::optional<OrthogonalSlices> slices(const SceneSnapshot& snapshot, int edge_px) const;
+
   /// A box around all volumes at their places in `snapshot`, along the axes of the world, m.
   void box(const SceneSnapshot& snapshot, glm::dvec3& low, glm::dvec3& high) const;
   /// A sphere around the same box, world, m.
@@ -68,13 +76,16 @@ class ScenePicture {
   void add_hand(const SceneSnapshot& snapshot, const Eye& eye, double size, ViewScene& scene);
   /// The look of a volume with the choices of level and width.
   Look look_of(size_t v) const;
+  /// The values that slices show black and white.
+  glm::dvec2 greys_of(size_t v) const;
   const VolumeSpec& spec(size_t v) const { return felt_->volumes[shown_[v]].spec; }
 
   ViewChoices choices_;
   std::shared_ptr<const Scene> felt_;
   std::vector<size_t> shown_;  ///< indices of volumes_ in the scene
   std::vector<std::shared_ptr<const MovingVolume>> volumes_;
-  std::vector<Look> looks_;  ///< empty: to be chosen again
+  std::vector<Look> looks_;        ///< empty: to be chosen again
+  std::vector<glm::dvec2> greys_;  ///< black and white of each volume's slices
   std::shared_ptr<const ReleasedTubes> tubes_;
   std::vector<StreamLines> stream_;  ///< one per volume, with or without tubes
 };

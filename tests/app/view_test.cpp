@@ -115,6 +115,28 @@ TEST(View, DrawsTheHeartAndItsInside) {
   EXPECT_GT(changed_share(whole, bare), 0.01);
 }
 
+TEST(View, HasSlicesBesideThePictureUnlessTheyAreNotWanted) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const std::string shell = written(shell_phantom(32, 2), folder / "shell.seq.nrrd");
+  const auto drawn = [&](const std::string& name, std::vector<std::string> more) {
+    more.insert(more.begin(), {"view", shell, "--picture", folder / name, "--picture-size", "256"});
+    const Outcome outcome = run(more);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return read_png(folder / name);
+  };
+  const ReadPicture with = drawn("with.png", {}), without = drawn("without.png", {"--no-slices"});
+  ASSERT_EQ(without.width, 256);
+  ASSERT_GT(with.width, 256);
+  for (int y = 0; y < 256; ++y)
+    for (int x = 0; x < 256; ++x) ASSERT_EQ(with.rgb(x, y), without.rgb(x, y));
+  // The wall of the shell is bright in the slices, in the lowest of them, too.
+  int bright = 0;
+  for (int y = 150; y < 210; ++y)
+    for (int x = 256; x < with.width; ++x) bright += with.rgb(x, y).g > 150;
+  EXPECT_GT(bright, 300);
+}
+
 TEST(View, CutsTheBreathingChestOpen) {
   NEEDS_DEVICE();
   const fs::path lung = fs::path(PALPATE_SHARED_DATA) / "lung" / "breathing.seq.nrrd";

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "integration/charts/canvas.h"
+#include "module/session/slices.h"
+
+namespace palpate::charts {
+
+/// Slices one below the other, and what is to be read below them.
+struct SlicePanel {
+  OrthogonalSlices slices;
+  std::vector<std::string> lines;
+};
+
+/// The panel beside a picture of this height, px: its width, which is the edge of a slice.
+int slice_edge_px(int height_px);
+/// Pictures lower than this have no room for slices, px.
+constexpr int kLowestWithSlices_px = 256;
+
+/// Which frame of a sequence is shown, and its time: a line or two. Empty for a single frame.
+std::vector<std::string> time_lines(const FrameTimes& times, double time_s);
+
+/// The panel, opaque: grey values, contours of walls in their colours, the patient's sides, a
+/// crosshair at the place, a scale bar in mm, then the lines and the names of the walls, as many as
+/// there is room for. Slices are enlarged to slice_edge_px() where they have fewer pixels.
+Bitmap draw_slices(const SlicePanel& panel, int height_px);
+
+}  // namespace palpate::charts

@@ -1,0 +1,149 @@
+#include "module/session/slices.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "module/session/moved_volume.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kNamed = 0.35;  // component of a direction that is named among its sides
+
+/// The box that the data fill, along their own axes.
+struct DataBox {
+  glm::dvec3 corner_m{0.0};
+  glm::dmat3 axes{1.0};  ///< unit vectors, volume space
+  glm::dvec3 edges_m{0.0};
+};
+
+DataBox box_of(const FrameData& frame) {
+  const GridPlace* place = frame.samples().place;
+  if (!place) return {frame.low_m(), glm::dmat3(1.0), frame.high_m() - frame.low_m()};
+  // Voxels reach half an edge beyond their centres.
+  const glm::dmat3 volume_from_index = glm::inverse(place->index_from_volume);
+  DataBox box;
+  box.corner_m = volume_from_index * (glm::dvec3(-0.5) - place->offset);
+  for (int a = 0; a < 3; ++a) {
+    const double edge_m = glm::length(volume_from_index[a]);
+    box.axes[a] = volume_from_index[a] / edge_m;
+    box.edges_m[a] = edge_m * place->size[a];
+  }
+  return box;
+}
+
+/// The patient's side in a direction of volume space (x = L, y = S, z = A): its main parts.
+std::string side_of(glm::dvec3 way) {
+  constexpr char kSides[3][2] = {{'R', 'L'}, {'I', 'S'}, {'P', 'A'}};
+  std::array<int, 3> order{0, 1, 2};
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return std::abs(way[a]) > std::abs(way[b]); });
+  std::string side;
+  for (const int a : order)
+    if (std::abs(way[a]) > kNamed) side += kSides[a][way[a] > 0.0];
+  return side;
+}
+
+/// The two axes of a picture, as radiologists turn it.
+struct SliceAxes {
+  int across = 0, along = 0;        ///< of the box: to the right, downwards
+  double to_right = 1.0, down = 1;  ///< signs
+};
+
+SliceAxes axes_of(const DataBox& box, int normal) {
+  const int a = normal == 0 ? 1 : 0, b = normal == 2 ? 1 : 2;
+  const auto up = [&](int axis, int component) { return std::abs(box.axes[axis][component]); };
+  // Upright is superior, or where neither axis is, anterior.
+  const bool is_axial = std::max(up(a, 1), up(b, 1)) < kNamed;
+  const int upright = is_axial ? 2 : 1;
+  SliceAxes axes;
+  axes.along = up(a, upright) > up(b, upright) ? a : b;
+  axes.across = axes.along == a ? b : a;
+  axes.down = box.axes[axes.along][upright] > 0.0 ? -1.0 : 1.0;
+  const glm::dvec3 way = box.axes[axes.across];
+  const bool is_sideways = std::abs(way.x) >= std::abs(way.z);
+  axes.to_right = (is_sideways ? way.x : -way.z) < 0.0 ? -1.0 : 1.0;
+  return axes;
+}
+
+}  // namespace
+
+std::vector<glm::dvec2> contour(std::span<const float> values, int width, double iso_value) {
+  std::vector<glm::dvec2> ends;
+  const int height = width > 0 ? int(values.size()) / width : 0;
+  // Marching squares: where the value crosses the edges of a square of four pixels. A square with
+  // crossings on all edges has two pieces; which ones is not decided by its middle, as neither is
+  // wrong at the size of a pixel.
+  constexpr int kEnds[4][2] = {{0, 1}, {1, 3}, {3, 2}, {2, 0}};  // corners of edges, round about
+  for (int j = 0; j + 1 < height; ++j)
+    for (int i = 0; i + 1 < width; ++i) {
+      std::array<double, 4> v{};
+      for (int c = 0; c < 4; ++c)
+        v[size_t(c)] = double(values[size_t((j + c / 2) * width + i + c % 2)]) - iso_value;
+      if (!std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); })) continue;
+      for (const auto& [from, to] : kEnds) {
+        const double a = v[size_t(from)], b = v[size_t(to)];
+        if ((a > 0.0) == (b > 0.0)) continue;
+        const double share = a / (a - b);
+        const glm::dvec2 first(from % 2, from / 2), last(to % 2, to / 2);
+        ends.push_back(glm::dvec2(i, j) + 0.5 + glm::mix(first, last, share));
+      }
+    }
+  return ends;
+}
+
+OrthogonalSlices slices_through(const MovingVolume& volume, double time_s, glm::dvec3 place_m,
+                                int edge_px, std::vector<SliceWall> walls) {
+  const DataBox box = box_of(*volume.frames.front());
+  const double px_m = std::max({box.edges_m.x, box.edges_m.y, box.edges_m.z}) / edge_px;
+  const glm::dvec3 place =
+      glm::clamp(glm::transpose(box.axes) * (place_m - box.corner_m), glm::dvec3(0.0), box.edges_m);
+  OrthogonalSlices slices;
+  slices.time_s = time_s;
+  slices.px_mm = 1e3 * px_m;
+  slices.walls = std::move(walls);
+  MovedReader reader(volume, time_s);
+  std::vector<std::vector<float>> distances(slices.walls.size());
+  for (int n = 0; n < 3; ++n) {
+    const int normal = 2 - n;
+    const SliceAxes axes = axes_of(box, normal);
+    Slice& slice = slices.planes[size_t(n)];
+    slice.width = std::max(1, int(std::lround(box.edges_m[axes.across] / px_m)));
+    slice.height = std::max(1, int(std::lround(box.edges_m[axes.along] / px_m)));
+    const auto count = size_t(slice.width) * size_t(slice.height);
+    slice.values.resize(count);
+    for (auto& one : distances) one.resize(count);
+    const glm::dvec3 right = axes.to_right * box.axes[axes.across];
+    const glm::dvec3 down = axes.down * box.axes[axes.along];
+    slice.sides = {side_of(-right), side_of(right), side_of(-down), side_of(down)};
+
+    // From the corner of the picture, which is one of the box.
+    const auto start = [&](int axis, double sign) { return sign > 0.0 ? 0.0 : box.edges_m[axis]; };
+    glm::dvec3 corner(0.0);
+    corner[normal] = place[normal];
+    corner[axes.across] = start(axes.across, axes.to_right);
+    corner[axes.along] = start(axes.along, axes.down);
+    slice.place_px = {std::abs(place[axes.across] - corner[axes.across]) / px_m,
+                      std::abs(place[axes.along] - corner[axes.along]) / px_m};
+    const glm::dvec3 corner_m = box.corner_m + box.axes * corner;
+    size_t v = 0;
+    for (int j = 0; j < slice.height; ++j)
+      for (int i = 0; i < slice.width; ++i, ++v) {
+        const glm::dvec3 y = corner_m + px_m * ((i + 0.5) * right + (j + 0.5) * down);
+        const glm::dvec3 x = reader.material_at(y);
+        slice.values[v] = float(reader.value(x));
+        for (size_t w = 0; w < slices.walls.size(); ++w)
+          if (const int s = slices.walls[w].segment; s >= 0)
+            distances[w][v] = float(reader.distance_mm(volume.segments[size_t(s)], x));
+      }
+    for (size_t w = 0; w < slices.walls.size(); ++w) {
+      const SliceWall& wall = slices.walls[w];
+      slice.contours_px.push_back(wall.segment >= 0
+                                      ? contour(distances[w], slice.width, 0.0)
+                                      : contour(slice.values, slice.width, wall.iso_value));
+    }
+  }
+  return slices;
+}
+
+}  // namespace palpate
