@@ -53,13 +53,15 @@ charts::Bitmap draw_help(double scale, bool probe, bool hand) {
     lines.assign(kWithoutProbe.begin(), kWithoutProbe.end());
   if (hand) lines.push_back(kTubes);
   lines.insert(lines.end(), kKeys.begin(), kKeys.end());
-  const TextStyle key{.size_px = 12.0 * scale, .bold = true, .color = kHelpInk};
-  const TextStyle meaning{.size_px = 12.0 * scale, .color = kHelpQuiet};
+  TextStyle key{.size_px = 12.0, .bold = true, .color = kHelpInk};
+  TextStyle meaning{.size_px = 12.0, .color = kHelpQuiet};
   Canvas ruler(1, 1);
   double widest = 0.0;
   for (const auto& [name, does] : lines) widest = std::max(widest, ruler.text_width(does, meaning));
-  const glm::dvec2 size(std::ceil(widest) + scale * (2.0 * kHelpEdge + kColumn),
-                        scale * (2.0 * kHelpEdge - 5.0 + kRow * double(lines.size())));
+  const glm::dvec2 size = scale * glm::dvec2(std::ceil(widest) + 2.0 * kHelpEdge + kColumn,
+                                             2.0 * kHelpEdge - 5.0 + kRow * double(lines.size()));
+  key.size_px *= scale;
+  meaning.size_px *= scale;
   Canvas canvas(int(size.x), int(size.y));
   canvas.fill_box({0.0, 0.0}, size, kHelpPaper, 0.80, 9.0 * scale);
   double y = kHelpEdge + 10.0;

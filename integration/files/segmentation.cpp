@@ -20,9 +20,13 @@ namespace fs = std::filesystem;
 
 constexpr size_t kMostLabels = 1000;  // more are an image, not a segmentation
 
-/// A colour for the n-th part of a file that has none: hues a golden angle apart, so that
-/// neighbours differ whatever their number.
+/// A colour for the n-th part of a file that has none: first those of Okabe and Ito, which the
+/// colour-blind can tell apart; then hues a golden angle apart, so that neighbours differ whatever
+/// their number.
 glm::vec3 colour_of(size_t n) {
+  constexpr glm::ivec3 kApart[] = {{86, 180, 233}, {0, 158, 115}, {240, 228, 66}, {204, 121, 167},
+                                   {0, 114, 178},  {230, 159, 0}, {213, 94, 0}};
+  if (n < std::size(kApart)) return glm::vec3(kApart[n]) / 255.0F;
   constexpr double kGolden = 0.381966;
   const double hue = 6.0 * std::fmod(0.02 + kGolden * double(n), 1.0);
   const auto channel = [&](double at) {

@@ -193,6 +193,11 @@ Result<LoadedScene> of_words(const std::string& name, const SequenceChoices& cho
   if (!kinds) return kinds.error();
   Result<SceneSpec> spec = read(added_kinds(*kinds));
   if (!spec) return spec.error();
+  const bool is_felt = choices.wall != FeltWall::kNotFelt;
+  const bool has_segments = std::any_of(spec->volumes.begin(), spec->volumes.end(),
+                                        [](const VolumeSpec& v) { return v.segments.any(); });
+  if (is_felt && spec->modes.empty() && !has_segments)
+    return files::bad_input(name, "at modes: nothing would be felt: give a list of modes.");
   if (choices.values)
     for (VolumeSpec& volume : spec->volumes)
       if (volume.source.empty()) volume.values = choices.values;

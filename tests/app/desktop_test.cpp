@@ -215,12 +215,20 @@ TEST(Desktop, ViewsAVolumeWithoutHandAndPlot) {
   ASSERT_TRUE(wait_until([&] { return share_of_flesh(display->screenshot()) > 0.1; }))
       << "no volume is visible";
   ASSERT_TRUE(display->act("mousemove 560 380 sleep 1"));
-  const Screenshot shot = display->screenshot();
+  const auto bright_in = [&](glm::ivec2 low, glm::ivec2 high) {
+    const Screenshot shot = display->screenshot();
+    int bright = 0;
+    for (int y = low.y; y < high.y; ++y)
+      for (int x = low.x; x < high.x; ++x) bright += int(shot.at(x, y) >> 8 & 255) > 120;
+    return bright;
+  };
+  // Slices stand at the right until a key hides them.
+  const auto slices = [&] { return bright_in({905, 20}, {1105, 220}); };
+  EXPECT_TRUE(wait_until([&] { return slices() > 2000; })) << "no slices are visible";
+  ASSERT_TRUE(display->act("key s"));
+  EXPECT_TRUE(wait_until([&] { return slices() < 200; })) << "the slices stay";
   // The plot's plate has white letters; here is only the dark background.
-  int bright = 0;
-  for (int y = 590; y < 745; ++y)
-    for (int x = 780; x < 1105; ++x) bright += int(shot.at(x, y) >> 8 & 255) > 120;
-  EXPECT_LT(bright, 200) << "a force plot is drawn";
+  EXPECT_LT(bright_in({780, 590}, {1105, 745}), 200) << "a force plot is drawn";
   ASSERT_TRUE(display->act("key Escape"));
   const Outcome outcome = program.wait();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;

@@ -1,6 +1,7 @@
 // Scenes from frames that a program gives. Oracle: balls, whose surface is known.
 #include "integration/loading/load_scene.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -39,6 +40,19 @@ TEST(LoadScene, DerivesTheWallOfTheReferenceFrame) {
       for (const glm::dvec3 way : {glm::dvec3(1, 0, 0), glm::dvec3(0, -1, 0), glm::dvec3(0, 0, 1)})
         EXPECT_NEAR(wall_mm.scalar(radius_m * way), 0.0, 0.5) << reference;
     }
+}
+
+TEST(LoadScene, CanBeLookedAtWithoutAnythingToFeel) {
+  const std::string text = R"({"volumes": [{"name": "shell", "source": "shell"}]})";
+  SequenceChoices choices;
+  const auto felt = load_scene_text(text, choices);
+  ASSERT_FALSE(felt);
+  EXPECT_THAT(felt.error().message, ::testing::HasSubstr("at modes: nothing would be felt"));
+  choices.wall = FeltWall::kNotFelt;
+  const auto seen = load_scene_text(text, choices);
+  ASSERT_TRUE(seen) << seen.error().message;
+  EXPECT_TRUE(seen->spec.modes.empty());
+  EXPECT_EQ(seen->data.size(), 1U);
 }
 
 TEST(LoadScene, TakesTheFrameOfASegmentationForNoDerivedWall) {

@@ -49,14 +49,13 @@ class JsonSceneReader {
         o.refuse("session", "the options of the session are expected: {\"watchdog_s\": 0.01}");
       scene_.session = session->dump();
     }
-    if (const json* volumes = needed_list(o, "volumes", "there is nothing to feel"))
-      for (size_t k = 0; k < volumes->size() && o.good(); ++k)
-        volume((*volumes)[k], fmt::format("volumes[{}]", k));
-    const bool has_segments = std::any_of(scene_.volumes.begin(), scene_.volumes.end(),
-                                          [](const VolumeSpec& v) { return v.segments.any(); });
-    // Segments are felt without being written once more.
-    if (const json* modes =
-            has_segments ? o.list("modes") : needed_list(o, "modes", "nothing would be felt"))
+    const json* volumes = o.list("volumes");
+    if (!volumes && o.good())
+      o.refuse("volumes", "there is nothing to feel: give a list of volumes");
+    for (size_t k = 0; volumes && k < volumes->size() && o.good(); ++k)
+      volume((*volumes)[k], fmt::format("volumes[{}]", k));
+    // Segments are felt without modes, and a scene may be looked at only.
+    if (const json* modes = o.list("modes"))
       for (size_t k = 0; k < modes->size() && o.good(); ++k)
         mode((*modes)[k], fmt::format("modes[{}]", k));
     o.finish();
@@ -64,12 +63,6 @@ class JsonSceneReader {
   }
 
  private:
-  const json* needed_list(JsonObject& o, const char* key, const char* why) {
-    const json* found = o.list(key);
-    if (!found && o.good()) o.refuse(key, fmt::format("{}: give a list of {}", why, key));
-    return found;
-  }
-
   void volume(const json& value, const std::string& place) {
     JsonObject o(value, place, reading_);
     VolumeSpec v;
