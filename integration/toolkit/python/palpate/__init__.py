@@ -24,7 +24,13 @@ import textwrap
 
 import numpy as np
 
-from . import _palpate
+try:
+    from . import _palpate
+except ImportError as error:
+    if "libvulkan" not in str(error):
+        raise
+    raise ImportError("palpate needs the Vulkan loader, libvulkan.so.1, and a Vulkan driver: install them (Debian, Ubuntu: apt install libvulkan1 "
+                      "mesa-vulkan-drivers)") from None
 
 __version__ = _palpate.__version__
 __all__ = ["Motion", "Session", "Verdict", "open_motion", "register"]
