@@ -109,8 +109,8 @@ std::vector<std::string> time_lines(const FrameTimes& times, double time_s) {
   const double share = 100.0 * now_s / times.length_s();
   const std::string of = times.cyclic() ? "cycle" : "sequence";
   lines.push_back(times.assumed ? fmt::format("{:.0f} % of the {}", share, of)
-                                : fmt::format("{:.0f} ms, {:.0f} % of the {} of {:.0f} ms",
-                                              1e3 * now_s, share, of, 1e3 * times.length_s()));
+                                : fmt::format("{:.0f} of {:.0f} ms, {:.0f} %", 1e3 * now_s,
+                                              1e3 * times.length_s(), share));
   return lines;
 }
 

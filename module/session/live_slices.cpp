@@ -38,6 +38,20 @@ std::shared_ptr<const OrthogonalSlices> LiveSlices::newest() const {
   return newest_;
 }
 
+/// Whether the same would be sampled again.
+bool LiveSlices::is_as_before(const WantedSlices& wanted, const Scene* scene) const {
+  const SceneSnapshot &now = wanted.snapshot, &then = sampled_.snapshot;
+  if (scene != scene_.get() || wanted.edge_px != sampled_.edge_px ||
+      wanted.choices != sampled_.choices || now.volume_count != then.volume_count ||
+      now.proxy_m != then.proxy_m)
+    return false;
+  for (int v = 0; v < now.volume_count; ++v)
+    if (now.volumes[size_t(v)].time_s != then.volumes[size_t(v)].time_s ||
+        now.volumes[size_t(v)].world_from_volume != then.volumes[size_t(v)].world_from_volume)
+      return false;
+  return true;
+}
+
 void LiveSlices::run() {
   using Clock = std::chrono::steady_clock;
   give_way(BackgroundWork::kPictures);
@@ -50,15 +64,23 @@ void LiveSlices::run() {
       wanted = std::move(wanted_);
     }
     const auto start = Clock::now();
+    const auto scene = session_.scene();
+    if (is_as_before(*wanted, scene.get())) {
+      std::unique_lock lock(mutex_);
+      changed_.wait_until(lock, start + kBetweenSlices, [this] { return ends_; });
+      continue;
+    }
     std::shared_ptr<const OrthogonalSlices> slices;
     // Without memory for them the window goes on without slices.
     const Status sampled = caught([&]() -> Status {
       picture_.choose(wanted->choices);
-      picture_.update(session_.scene());
+      picture_.update(scene);
       if (auto found = picture_.slices(wanted->snapshot, wanted->edge_px))
         slices = std::make_shared<const OrthogonalSlices>(std::move(*found));
       return Nothing{};
     });
+    sampled_ = *wanted;
+    scene_ = scene;
     const auto took = Clock::now() - start;
     std::unique_lock lock(mutex_);
     newest_ = sampled ? std::move(slices) : nullptr;

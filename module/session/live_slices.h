@@ -18,7 +18,7 @@ struct WantedSlices {
 };
 
 /// Slices of a running scene for a window, sampled on another thread of low priority: at most five
-/// times a second, and not longer than a quarter of the time.
+/// times a second, not longer than a quarter of the time, and only where something has changed.
 class LiveSlices {
  public:
   /// Starts at once and samples from the first want() on. `session` is borrowed.
@@ -35,10 +35,13 @@ class LiveSlices {
 
  private:
   void run();
+  bool is_as_before(const WantedSlices& wanted, const Scene* scene) const;
 
   Session& session_;
   ScenePicture picture_{ViewChoices{}};
-  mutable std::mutex mutex_;  ///< of what follows but the thread
+  WantedSlices sampled_;                ///< what the last slices show; edge_px is 0 before
+  std::shared_ptr<const Scene> scene_;  ///< of them
+  mutable std::mutex mutex_;            ///< of what follows but the thread
   std::condition_variable changed_;
   std::unique_ptr<WantedSlices> wanted_;
   std::shared_ptr<const OrthogonalSlices> newest_;

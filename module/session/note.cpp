@@ -54,15 +54,15 @@ std::string note_text(const Note& note) {
           100.0 * n.at(1), n.at(0));
     case NoteKind::kThinSurface:
       return fmt::format(
-          "At {:.0f} % of its places this surface ends or has too little behind it to hold a hand "
-          "of 1.5 N at the scale at which it is shown: the hand passes through. Show it larger "
+          "At {:.0f} % of its places this surface ends, or is too thin to hold a hand that presses "
+          "with 1.5 N at the scale at which it is shown: the hand passes through. Show it larger "
           "(`scale`), or feel a lower `iso_value`.",
           100.0 * n.at(0));
     case NoteKind::kThinReplaced:
       return fmt::format(
           "What is brighter than {:.4g} is too thin to hold a hand at {:.0f} % of its places at "
-          "the "
-          "scale at which it is shown, so the wall of what is around it is felt. (`wall` values "
+          "the scale at which it is shown, so the wall of what is around it is felt. (`wall` "
+          "values "
           "feels it all the same.)",
           n.at(0), 100.0 * n.at(1));
     case NoteKind::kRegionWall:

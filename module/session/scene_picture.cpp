@@ -98,8 +98,8 @@ Look look_for(const std::string& name, const Scene& scene, const SceneVolume& vo
   return appearance.width > 0.0 ? windowed(look, appearance.window_level, appearance.width) : look;
 }
 
-/// Black and white of slices: from the lowest value to what is bright; of CT from fat and air, as
-/// far as they are there, to bone.
+/// Black and white of slices: the lowest value and what is bright; of CT in HU air and dense bone,
+/// or the nearest to them that is there.
 glm::dvec2 greys_for(const FrameData& frame) {
   constexpr double kCt_hu = -300.0, kBlack_hu = -1000.0, kWhite_hu = 400.0;
   const ValueSummary values = summary_of(frame);
@@ -167,13 +167,20 @@ bool ScenePicture::update(std::shared_ptr<const Scene> felt) {
   return changed;
 }
 
+bool ScenePicture::has_own_window() const {
+  return !choices_.width && !choices_.level && choices_.level_moved == 0.0 &&
+         choices_.width_factor == 1.0;
+}
+
+bool ScenePicture::has_patient(size_t v) const {
+  return spec(v).source != "molecule" && spec(v).source != "charges";
+}
+
 Look ScenePicture::look_of(size_t v) const {
   const Look& look = looks_[v];
   const double width = choices_.width.value_or(width_of(look));
   const double level = choices_.level.value_or(level_of(look)) + choices_.level_moved * width;
-  const bool is_own = !choices_.width && !choices_.level && choices_.level_moved == 0.0 &&
-                      choices_.width_factor == 1.0;
-  return is_own ? look : windowed(look, level, width * choices_.width_factor);
+  return has_own_window() ? look : windowed(look, level, width * choices_.width_factor);
 }
 
 Status ScenePicture::shows_something() const {
@@ -201,9 +208,7 @@ Status ScenePicture::shows_something() const {
 }
 
 glm::dvec2 ScenePicture::greys_of(size_t v) const {
-  const bool is_own = !choices_.width && !choices_.level && choices_.level_moved == 0.0 &&
-                      choices_.width_factor == 1.0;
-  if (is_own) return greys_[v];
+  if (has_own_window()) return greys_[v];
   const Look look = look_of(v);
   return level_of(look) + 0.5 * width_of(look) * glm::dvec2(-1.0, 1.0);
 }
@@ -218,6 +223,7 @@ std::optional<OrthogonalSlices> ScenePicture::slices(const SceneSnapshot& snapsh
     if (volume.segments[s].shown)
       walls.push_back({volume.segments[s].name, volume.segments[s].colour, 0.0, int(s)});
   for (const SceneMode& mode : felt_->modes) {
+    if (!choices_.hand) break;
     const std::vector<double>& in = mode.spec.strength.in();
     if (mode.segment >= 0 || mode.spec.kind != "surface" || mode.spec.volume != spec(0).name ||
         mode.spec.scalar != ScalarProperty::kValue || in.empty())
@@ -231,7 +237,15 @@ std::optional<OrthogonalSlices> ScenePicture::slices(const SceneSnapshot& snapsh
       choices_.hand ? snapshot.proxy_m
                     : world.world_from_volume(middle_of(volume)) + choices_.slices_moved_m;
   const glm::dvec3 place = world.volume_from_world(place_m);
-  OrthogonalSlices slices = slices_through(volume, of.time_s, place, edge_px, std::move(walls));
+  double time_s = of.time_s;
+  if (choices_.whole_frames) {
+    const FrameTimes& times = volume.times;
+    time_s = times.times_s[volume.whole ? volume.whole->reference()
+                                        : size_t(pointer_at(times, of.time_s).frame)];
+  }
+  OrthogonalSlices slices = slices_through(volume, time_s, place, edge_px, std::move(walls));
+  if (!has_patient(0))
+    for (Slice& slice : slices.planes) slice.sides = {};
   const glm::dvec2 greys = greys_of(0);
   slices.black = greys.x;
   slices.white = greys.y;
@@ -279,7 +293,7 @@ void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, dou
     const FrameData& frame = *volumes_[v]->frames.front();
     const Transform& place = scene.volumes[v].world_from_volume;
     add_box(scene.things, place, frame.low_m(), frame.high_m(), 0.0004 * size, kBoxColour);
-    if (spec(v).source != "molecule" && spec(v).source != "charges")
+    if (has_patient(v))
       add_letters(scene.things, place, frame.low_m(), frame.high_m(), eye, 0.010 * size, kPen);
   }
 }

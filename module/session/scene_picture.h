@@ -35,6 +35,7 @@ struct ViewChoices {
   /// surface.
   bool fingertip = false;
   double full_force_n = 4.0;
+  bool operator==(const ViewChoices&) const = default;
 };
 
 /// Makes pictures' scenes from the volumes that are felt. It is rebuilt when the scene changes
@@ -62,7 +63,8 @@ class ScenePicture {
 
   /// Slices through the first visible volume at the time of the tick: at the place that is touched,
   /// or without a hand in the middle of its segments, else of the data. Contours are those of the
-  /// visible segments and of the iso-surfaces that are felt. None without volumes. After update().
+  /// visible segments, and with a hand of the iso-surfaces that it feels. None without volumes.
+  /// After update().
   std::optional<OrthogonalSlices> slices(const SceneSnapshot& snapshot, int edge_px) const;
 
   /// A box around all volumes at their places in `snapshot`, along the axes of the world, m.
@@ -74,6 +76,10 @@ class ScenePicture {
   void add_things(const SceneSnapshot& snapshot, const Eye& eye, double radius_m, ViewScene& scene);
   void add_tubes(const ViewVolume& of, size_t v, double radius_m, Things& things) const;
   void add_hand(const SceneSnapshot& snapshot, const Eye& eye, double size, ViewScene& scene);
+  /// No level and no width were chosen.
+  bool has_own_window() const;
+  /// Its axes are a patient's.
+  bool has_patient(size_t v) const;
   /// The look of a volume with the choices of level and width.
   Look look_of(size_t v) const;
   /// The values that slices show black and white.

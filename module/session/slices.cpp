@@ -71,9 +71,9 @@ SliceAxes axes_of(const DataBox& box, int normal) {
 std::vector<glm::dvec2> contour(std::span<const float> values, int width, double iso_value) {
   std::vector<glm::dvec2> ends;
   const int height = width > 0 ? int(values.size()) / width : 0;
-  // Marching squares: where the value crosses the edges of a square of four pixels. A square with
-  // crossings on all edges has two pieces; which ones is not decided by its middle, as neither is
-  // wrong at the size of a pixel.
+  // Marching squares: where the value crosses the edges of a square of four pixels. Where it
+  // crosses all four, two pairs of pieces are possible, less than a pixel apart: one of them is
+  // taken.
   constexpr int kEnds[4][2] = {{0, 1}, {1, 3}, {3, 2}, {2, 0}};  // corners of edges, round about
   for (int j = 0; j + 1 < height; ++j)
     for (int i = 0; i + 1 < width; ++i) {

@@ -127,7 +127,7 @@ const std::vector<std::pair<std::string, Way>> kWays = {
     {"build/palpate feel docs/examples/my_mode.json --modes ./libmy_mode.so --device simulated "
      "--headless pictures --seconds 4",
      {"", kOfPackages}},
-    {"pip install palpate-*.whl && palpate view pair_fixed.mha --picture first.png",
+    {"v/bin/pip install palpate-*.whl && v/bin/palpate view pair_fixed.mha --picture first.png",
      {"", "needs a wheel: wheel_test.py makes one, wheel_roots.sh installs it"}},
     {"examples/itk_demons frames/frame_0.mha frames/frame_1.mha truth/truth_0_to_1.mha "
      "truth/wall_0.mha --field field.mha",

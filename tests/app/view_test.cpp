@@ -130,6 +130,11 @@ TEST(View, HasSlicesBesideThePictureUnlessTheyAreNotWanted) {
   ASSERT_GT(with.width, 256);
   for (int y = 0; y < 256; ++y)
     for (int x = 0; x < 256; ++x) ASSERT_EQ(with.rgb(x, y), without.rgb(x, y));
+  // Whole frames are not moved in slices either.
+  const ReadPicture first = drawn("first.png", {"--whole-frames"});
+  const ReadPicture between = drawn("between.png", {"--whole-frames", "--frame", "0.5"});
+  EXPECT_EQ(changed_share(first, between), 0.0);
+  EXPECT_GT(changed_share(first, drawn("moved.png", {"--frame", "0.5"})), 0.0);
   // The wall of the shell is bright in the slices, in the lowest of them, too.
   int bright = 0;
   for (int y = 150; y < 210; ++y)

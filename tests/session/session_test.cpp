@@ -13,9 +13,11 @@
 #include "compute/volume/phantom.h"
 #include "integration/files/raster/write_volume.h"
 #include "integration/loading/load_scene.h"
+#include "module/session/live_slices.h"
 #include "module/session/viewer.h"
 #include "tests/session/made_session.h"
 #include "tests/support/device.h"
+#include "tests/support/wait_for.h"
 
 namespace palpate {
 namespace {
@@ -542,6 +544,56 @@ TEST(Session, TwoAtOnceDoNotKnowEachOther) {
   EXPECT_EQ(left.press(0.5), right.press(0.5));
   first.reset();
   EXPECT_GT(glm::length(right.at(0.02)), 0.0);
+}
+
+TEST(SlicesOfASession, ShowWhatIsFeltWhereItIsTouched) {
+  auto session = in_host(shell_in_memory());
+  ASSERT_TRUE(session);
+  Hand hand(*session);
+  hand.at(0.05);
+  SceneSnapshot snapshot;
+  ASSERT_TRUE(session->newest(SnapshotReader::kPictures, snapshot));
+  ScenePicture picture(ViewChoices{});
+  picture.update(session->scene());
+  const auto felt = picture.slices(snapshot, 40);
+  ASSERT_TRUE(felt);
+  ASSERT_EQ(felt->walls.size(), 1U);
+  EXPECT_GT(felt->planes[0].contours_px[0].size(), 20U);
+  // The first picture is axial: x is L, y is P, and the middle of the data is in its middle.
+  const Slice& axial = felt->planes[0];
+  const glm::dvec2 from_middle = axial.place_px - 0.5 * glm::dvec2(axial.width, axial.height);
+  EXPECT_NEAR(felt->px_mm * from_middle.x, 1e3 * snapshot.proxy_m.x, 1e-6);
+  EXPECT_NEAR(felt->px_mm * from_middle.y, -1e3 * snapshot.proxy_m.z, 1e-6);
+
+  // Without a hand nothing is felt, and they go through the middle.
+  ViewChoices seen;
+  seen.hand = false;
+  picture.choose(seen);
+  const auto middle = picture.slices(snapshot, 40);
+  ASSERT_TRUE(middle);
+  EXPECT_TRUE(middle->walls.empty());
+  EXPECT_NEAR(middle->planes[0].place_px.x, 0.5 * middle->planes[0].width, 1e-9);
+}
+
+TEST(SlicesOfASession, AreSampledAgainOnlyWhereSomethingHasChanged) {
+  auto session = in_host(shell_in_memory());
+  ASSERT_TRUE(session);
+  Hand hand(*session);
+  hand.at(0.05);
+  WantedSlices wanted{{}, {}, 40};
+  ASSERT_TRUE(session->newest(SnapshotReader::kPictures, wanted.snapshot));
+  LiveSlices slices(*session);
+  slices.want(wanted);
+  ASSERT_TRUE(wait_for([&] { return slices.newest() != nullptr; }));
+  const auto first = slices.newest();
+  for (int k = 0; k < 4; ++k) {
+    slices.want(wanted);
+    std::this_thread::sleep_for(std::chrono::milliseconds(150));
+    EXPECT_EQ(slices.newest(), first);
+  }
+  wanted.snapshot.proxy_m.y += 0.01;
+  slices.want(wanted);
+  EXPECT_TRUE(wait_for([&] { return slices.newest() != first; }));
 }
 
 TEST(Session, RefusesASceneThatCanNotBePutTogether) {
