@@ -55,7 +55,8 @@ std::string note_text(const Note& note) {
     case NoteKind::kThinSurface:
       return fmt::format(
           "At {:.0f} % of its places this surface ends, or is too thin to hold a hand that presses "
-          "with 1.5 N at the scale at which it is shown: the hand passes through. Show it larger "
+          "with 1.5 N at the scale at which it is shown: there the hand passes through. Show it "
+          "larger "
           "(`scale`), or feel a lower `iso_value`.",
           100.0 * n.at(0));
     case NoteKind::kThinReplaced:
