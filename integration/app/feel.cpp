@@ -79,6 +79,9 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
       ->type_name("PLACE")
       ->check(whole_number_in(0, 1'000'000));
   app.add_flag_callback(
+      "--no-panel", [&command] { command.panel = false; },
+      "In the headset, no text and slices beside the volume");
+  app.add_flag_callback(
       "--no-mirror", [&command] { command.mirror = false; }, "No window besides the headset");
   app.add_option("--look", command.view.look,
                  "What the volume looks like; auto: what suits the data")

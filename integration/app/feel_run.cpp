@@ -219,6 +219,7 @@ class FeelRun {
     choice.mirror = command_.mirror;
     choice.pass_through = command_.pass_through;
     choice.overlay = command_.overlay;
+    choice.panel = command_.panel;
     choice.scene_name = name_of(command_);
     choice.gpu = command_.gpu;
     choice.view = command_.view;
@@ -391,6 +392,7 @@ class FeelRun {
     joined.max_force_n = scene.max_force_n;
     joined.view = command_.view;
     joined.sound = command_.sound;
+    joined.dead_man = command_.request.dead_man;
     joined.calibration = calibration_;
     joined.device_centre_m =
         scene.world_from_device.world_from_volume(connected_.device->info().workspace_centre_m);

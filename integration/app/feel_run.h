@@ -31,6 +31,7 @@ struct FeelCommand {
   bool json = false;  ///< print what is served on stdout, for programs: see docs/openigtlink.md
   bool sound = true;  ///< sound of contact for a bare finger in a headset
   bool pass_through = false;
+  bool panel = true;                ///< text in the headset
   std::optional<uint32_t> overlay;  ///< draw above another OpenXR program
 
   bool hand() const { return !request.shown_only; }

@@ -16,6 +16,7 @@ struct ViewerChoice {
   bool mirror = true;               ///< a window besides the headset, where there is a display
   bool pass_through = false;        ///< show the room behind the volume if the headset supports it
   std::optional<uint32_t> overlay;  ///< above another OpenXR program, see xr::HeadsetOptions
+  bool panel = true;                ///< text and slices in the headset
   std::string scene_name;
   DeviceOptions gpu;
   ViewChoices view;

@@ -111,7 +111,21 @@ std::vector<std::string> time_lines(const FrameTimes& times, double time_s) {
   lines.push_back(times.assumed ? fmt::format("{:.0f} % of the {}", share, of)
                                 : fmt::format("{:.0f} of {:.0f} ms, {:.0f} %", 1e3 * now_s,
                                               1e3 * times.length_s(), share));
+  if (times.cyclic() && !times.assumed)
+    lines.push_back(fmt::format("{:.0f} cycles a minute", 60.0 / times.cycle_s));
   return lines;
+}
+
+std::vector<std::string> time_lines(const Scene& scene, const SceneSnapshot& snapshot) {
+  for (int v = 0; v < std::min(int(scene.volumes.size()), snapshot.volume_count); ++v) {
+    const MovingVolume& volume = *scene.volumes[size_t(v)].data;
+    if (volume.is_still()) continue;
+    const VolumeSnapshot& of = snapshot.volumes[size_t(v)];
+    std::vector<std::string> lines = time_lines(volume.times, of.time_s);
+    if (of.rate == 0.0 && !lines.empty()) lines.front() += ", paused";
+    return lines;
+  }
+  return {};
 }
 
 Bitmap draw_slices(const SlicePanel& panel, int height_px) {

@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "integration/charts/canvas.h"
+#include "module/haptics/scene/scene.h"
+#include "module/haptics/scene/scene_snapshot.h"
 #include "module/session/slices.h"
 
 namespace palpate::charts {
@@ -19,8 +21,13 @@ int slice_edge_px(int height_px);
 /// Pictures lower than this have no room for slices, px.
 constexpr int kLowestWithSlices_px = 256;
 
-/// Which frame of a sequence is shown, and its time: a line or two. Empty for a single frame.
+/// Which frame of a sequence is shown, its time, and the rate of a cycle (a heart's rate) where the
+/// times are known: a line each. Empty for a single frame.
 std::vector<std::string> time_lines(const FrameTimes& times, double time_s);
+
+/// The same of the first volume with several frames as it is shown; "paused" where time stands
+/// still.
+std::vector<std::string> time_lines(const Scene& scene, const SceneSnapshot& snapshot);
 
 /// The panel, opaque: grey values, contours of walls in their colours, the patient's sides, a
 /// crosshair at the place, a scale bar in mm, then the lines and the names of the walls, as many as

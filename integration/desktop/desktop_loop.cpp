@@ -186,20 +186,6 @@ void DesktopLoop::move_probe(const Input& input) {
   mouse_->hold(device.volume_from_world(pointing_.place_m()), input.left ? 1 : 0);
 }
 
-std::vector<std::string> DesktopLoop::phase_lines() const {
-  const auto felt = session_->scene();
-  for (int v = 0; shown_ && v < std::min(int(felt->volumes.size()), shown_->snapshot.volume_count);
-       ++v) {
-    const MovingVolume& volume = *felt->volumes[size_t(v)].data;
-    if (volume.is_still()) continue;
-    const VolumeSnapshot& of = shown_->snapshot.volumes[size_t(v)];
-    std::vector<std::string> lines = charts::time_lines(volume.times, of.time_s);
-    if (of.rate == 0.0 && !lines.empty()) lines.front() += ", paused";
-    return lines;
-  }
-  return {};
-}
-
 void DesktopLoop::draw_panel(int height_px) {
   if (!view_.slices || !shown_ || height_px < charts::kLowestWithSlices_px) {
     drawn_slices_ = nullptr;
@@ -220,7 +206,9 @@ void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   const std::string trouble = live_->trouble();
   if (!trouble.empty()) lines.push_back("There is no picture: " + trouble);
   if (trouble.empty() && !shown_) lines.push_back("The first picture is being drawn.");
-  for (const std::string& line : phase_lines()) lines.push_back(line);
+  if (shown_)
+    for (const std::string& line : charts::time_lines(*session_->scene(), shown_->snapshot))
+      lines.push_back(line);
   if (!note.empty()) lines.push_back(note);
   if (view_.look != "auto") lines.push_back("look: " + view_.look);
   if (view_.hand && tick.cause != Cause::kNone) lines.push_back(sentence(tick.cause));

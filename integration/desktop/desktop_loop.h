@@ -54,7 +54,6 @@ class DesktopLoop {
   void draw(const TickOutput& tick, const std::string& note);
   /// Asks for slices and draws the newest as a panel of this height, px; none: an empty one.
   void draw_panel(int height_px);
-  std::vector<std::string> phase_lines() const;
   Eye eye() const;
 
   std::unique_ptr<Window> window_;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "compute/vulkan/caught.h"
+#include "integration/charts/slice_panel.h"
 #include "integration/headset/place_check.h"
 #include "integration/sound/contact_sound.h"
 #include "module/haptics/scene/snapshot_ahead.h"
@@ -27,7 +28,9 @@ constexpr double kBelow_m = 0.15;               // and its distance below them
 constexpr double kRoom = 1.5;                   // of the scene's radius, at least
 constexpr double kFinger_m = 0.004;  // radius of the ball at a fingertip that does not pinch
 constexpr glm::dvec3 kFinger{0.45, 0.48, 0.54};
-constexpr double kLongest_s = 0.1;  // a longer frame counts as this
+constexpr double kPanelWidth_m = 0.5, kPanelAway_m = 0.85;
+constexpr double kPanelAside = 0.75;  // angle to the left of the scene, radians
+constexpr double kLongest_s = 0.1;    // a longer frame counts as this
 
 bool is_shown(xr::HeadsetState state) {
   return state == xr::HeadsetState::kVisible || state == xr::HeadsetState::kFocused;
@@ -98,6 +101,8 @@ class HeadsetLoop::Run {
     main_visible_ = report.main_visible;
     tell_found(report);
     tell_tracking(report);
+    tell_panel(report);
+    tell_sound();
     if (!scene_) begin();
     if (scene_) gate(report, now_ns);
     if (scene_ && report.frames != frames_) act(report, now_ns);
@@ -117,6 +122,16 @@ class HeadsetLoop::Run {
       loop_.tell(fmt::format("The runtime does not show bare hands in this session{}.",
                              options_.details ? ": " + report.no_hand_tracking : ""));
     no_tracking_ = report.no_hand_tracking;
+  }
+
+  void tell_panel(const xr::Report& report) {
+    if (report.no_panel != no_panel_ && !report.no_panel.empty())
+      loop_.tell(fmt::format("The runtime shows no text beside the volume{}.",
+                             options_.details ? ": " + report.no_panel : ""));
+    no_panel_ = report.no_panel;
+  }
+
+  void tell_sound() {
     if (sound_)
       if (const std::string trouble = sound_->take_trouble(); !trouble.empty()) loop_.tell(trouble);
   }
@@ -139,6 +154,7 @@ class HeadsetLoop::Run {
     scene_ = *loop_.scene_;
     hands_ = std::make_unique<SceneHands>(*scene_->session, scene_->view);
     picture_ = std::make_unique<ScenePicture>(scene_->view);
+    if (options_.panel) slices_ = std::make_unique<LiveSlices>(*scene_->session);
   }
 
   void gate(const xr::Report& report, int64_t now_ns) {
@@ -181,6 +197,8 @@ class HeadsetLoop::Run {
     }
     hands_->step(hands, snapshot_, dt_s);
     if (report.hands.recentre) bring_here();
+    if (report.hands.panel) shows_panel_ = !shows_panel_;
+    write_panel(report, now_ns);
     if (scene_->controller) feel(report.hands, dt_s);
   }
 
@@ -193,6 +211,7 @@ class HeadsetLoop::Run {
       const char* space = report.origin == xr::Origin::kStage ? "stage" : "local";
       if (scene_->calibration->space == space) {
         const Transform& device = felt->world_from_device;
+        hang_panel(inverse(room.world_from_base()) * *head_);
         room.keep(scene_->calibration->calibration.stage_from_device,
                   {device.translation_m, device.rotation});
         check_.emplace(scene_->calibration->calibration.controller_from_tip_m);
@@ -221,6 +240,7 @@ class HeadsetLoop::Run {
     const glm::dvec3 target =
         room_from_head.position_m + distance_m * ahead - glm::dvec3(0.0, kBelow_m, 0.0);
     room_from_world.position_m = target - room_from_world.rotation * centre;
+    hang_panel(room_from_head);
     room.follow(inverse(room_from_world));
     head_.reset();
   }
@@ -235,6 +255,53 @@ class HeadsetLoop::Run {
     const glm::dvec3 before =
         head_->position_m + distance_m * ahead_of(*head_) - glm::dvec3(0.0, kBelow_m, 0.0);
     hands_->bring(centre, scene_->controller ? before : scene_->device_centre_m, head_->position_m);
+    hang_panel(inverse(headset_.colocation().world_from_base()) * *head_);
+  }
+
+  /// Hangs the panel to the left of where the person looks, turned to the person.
+  void hang_panel(const Pose& room_from_head) {
+    const glm::dvec3 up(0.0, 1.0, 0.0);
+    const glm::dvec3 to_panel = glm::angleAxis(kPanelAside, up) * ahead_of(room_from_head);
+    room_from_panel_.rotation = glm::angleAxis(std::atan2(-to_panel.x, -to_panel.z), up);
+    room_from_panel_.position_m = room_from_head.position_m + kPanelAway_m * to_panel;
+  }
+
+  /// Asks for a panel that says what is felt and shown, and what the buttons do.
+  void write_panel(const xr::Report& report, int64_t now_ns) {
+    if (!slices_ || !shows_panel_) return;
+    const ViewChoices& view = hands_->view();
+    if (view.slices) slices_->want({snapshot_, view, charts::slice_edge_px(kRoomPanelHeight_px)});
+    RoomText text;
+    text.slices = view.slices ? slices_->newest() : nullptr;
+    if (view.hand) {
+      const bool free = snapshot_.cause == Cause::kNone;
+      text.force = fmt::format("{:.1f} N", glm::length(snapshot_.force_n));
+      text.state = !free                  ? sentence(snapshot_.cause)
+                   : snapshot_.in_contact ? "touching"
+                                          : "nothing is touched";
+    }
+    text.lines = charts::time_lines(*scene_->session->scene(), snapshot_);
+    if (view.look != "auto") text.lines.push_back("look: " + view.look);
+    if (!trouble_.empty()) text.lines.push_back("There is no picture: " + trouble_);
+    text.help = help(report.hands);
+    panel_.want(text, now_ns);
+  }
+
+  /// For the controllers, or the hands, that were seen last.
+  const std::vector<ButtonHelp>& help(const xr::Hands& hands) {
+    const bool controllers = hands.hand[0].active || hands.hand[1].active;
+    const bool fingers = hands.fingers[0].seen || hands.fingers[1].seen;
+    if (controllers) {
+      const size_t side = hands.hand[1].active ? 1 : 0;
+      const std::string trigger = scene_->dead_man     ? "Hold to feel the force"
+                                  : scene_->controller ? "Lay a stream tube"
+                                                       : "";
+      help_ = button_help(hands.hand[side].profile, trigger);
+    } else if (fingers && scene_->controller) {
+      help_ = {
+          {"pinch", "Touch"}, {"short pinch", "Lay a stream tube"}, {"twice", "Keep the tubes"}};
+    }
+    return help_;
   }
 
   /// Moves the probe with a controller or a bare finger. If no hand holds it, the force ramps to
@@ -295,6 +362,10 @@ class HeadsetLoop::Run {
     scenery.scene = picture_->at(ahead, frame.display_time_ns, xr::eye_of(frame.eyes[0]));
     add_fingers(scenery.scene.things);
     if (const auto clip = hands_->clip(ahead)) scenery.scene.clips.push_back(*clip);
+    if (shows_panel_ && panel_.newest())
+      scenery.panel = xr::HangingPanel{panel_.newest(),
+                                       headset_.colocation().world_from_base() * room_from_panel_,
+                                       kPanelWidth_m};
     // With pass-through, a pixel without coverage must also add no light.
     if (headset_.report().see_through)
       scenery.scene.background_top = scenery.scene.background_bottom = glm::dvec3(0.0);
@@ -324,6 +395,12 @@ class HeadsetLoop::Run {
   std::unique_ptr<ScenePicture> picture_;
   SceneSnapshot snapshot_;
   SnapshotAhead ahead_;
+  std::unique_ptr<LiveSlices> slices_;  ///< none: no panel is asked for
+  RoomPanel panel_;
+  Pose room_from_panel_;
+  std::vector<ButtonHelp> help_;
+  bool shows_panel_ = true;
+  std::string no_panel_;
   std::optional<Pose> head_;  ///< world, in the last frame that asked for a picture
   bool main_visible_ = true;
   bool guess_told_ = false, placed_ = false, shown_ = false, was_shown_ = false, ending_ = false;

@@ -13,8 +13,10 @@
 #include "integration/headset/gated_device.h"
 #include "integration/headset/headset_event.h"
 #include "integration/headset/probe_hand.h"
+#include "integration/headset/room_panel.h"
 #include "integration/headset/scene_hands.h"
 #include "module/haptics/servo/position_source.h"
+#include "module/session/live_slices.h"
 #include "module/session/scene_picture.h"
 #include "module/xr/headset.h"
 #include "module/xr/volume_source.h"
@@ -25,6 +27,7 @@ namespace palpate::headset {
 struct HeadsetLoopOptions {
   bool pass_through = false;  ///< the room is seen behind the volume, where the headset offers that
   std::optional<uint32_t> overlay;  ///< as xr::HeadsetOptions::overlay
+  bool panel = true;                ///< text and slices hang beside the volume
   /// Sentences about what fails also say why in the words of OpenXR: for those who look for the
   /// cause.
   bool details = false;
@@ -39,7 +42,8 @@ struct HeadsetScene {
   PositionSource* controller = nullptr;
   double max_force_n = 4.0;
   ViewChoices view;
-  bool sound = true;  ///< sound of contact for a bare finger
+  bool sound = true;      ///< sound of contact for a bare finger
+  bool dead_man = false;  ///< a dead-man is asked for
   /// Place of the force device in the room; empty: the world is placed in front of the person.
   std::optional<files::StoredCalibration> calibration;
   glm::dvec3 device_centre_m{0.0};  ///< of its workspace, world

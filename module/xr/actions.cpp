@@ -195,6 +195,7 @@ Done Actions::read_buttons(const OpenXrSession& session, Hands& hands) const {
   };
   hands.play_pause = pressed(Act::kPlayPause);
   hands.recentre = pressed(Act::kRecentre);
+  hands.panel = pressed(Act::kPanel);
   hands.preset_steps = int(pressed(Act::kPresetNext)) - int(pressed(Act::kPresetPrevious));
   if (!read) return read;
   const XrActionStateGetInfo get = about(Act::kScrub, XR_NULL_PATH);

@@ -9,12 +9,13 @@ constexpr std::array kActs{
     ActSpec{Act::kGrip, "grip", "Hand", ActKind::kPose, true},
     ActSpec{Act::kAim, "aim", "Pointing", ActKind::kPose, true},
     ActSpec{Act::kGrab, "grab", "Grab the volume", ActKind::kButton, true},
-    ActSpec{Act::kDeadMan, "dead_man", "Hold to let the force act", ActKind::kButton, true},
-    ActSpec{Act::kClip, "clip", "Hold to clip with this controller", ActKind::kButton, true},
+    ActSpec{Act::kDeadMan, "dead_man", "Hold to feel the force", ActKind::kButton, true},
+    ActSpec{Act::kClip, "clip", "Hold to cut open", ActKind::kButton, true},
     ActSpec{Act::kPlayPause, "play_pause", "Play or pause", ActKind::kButton, false},
     ActSpec{Act::kRecentre, "recentre", "Bring the volume here", ActKind::kButton, false},
-    ActSpec{Act::kPresetNext, "preset_next", "Next preset", ActKind::kButton, false},
-    ActSpec{Act::kPresetPrevious, "preset_previous", "Preset before", ActKind::kButton, false},
+    ActSpec{Act::kPresetNext, "preset_next", "Next look", ActKind::kButton, false},
+    ActSpec{Act::kPresetPrevious, "preset_previous", "Former look", ActKind::kButton, false},
+    ActSpec{Act::kPanel, "panel", "Show or hide the text", ActKind::kButton, false},
     ActSpec{Act::kScrub, "scrub", "Move through time", ActKind::kAxis, false},
     ActSpec{Act::kVibrate, "vibrate", "Force as vibration", ActKind::kVibration, true}};
 static_assert(kActs.size() == size_t(Act::kCount));
@@ -41,6 +42,7 @@ constexpr std::array kTouch{PALPATE_HELD,
                             InputBinding{Act::kRecentre, "/user/hand/right/input/b/click"},
                             InputBinding{Act::kPresetNext, "/user/hand/left/input/y/click"},
                             InputBinding{Act::kPresetPrevious, "/user/hand/left/input/x/click"},
+                            InputBinding{Act::kPanel, "/user/hand/left/input/menu/click"},
                             InputBinding{Act::kScrub, "/user/hand/right/input/thumbstick/x"}};
 
 constexpr std::array kVive{PALPATE_HELD,
@@ -60,6 +62,7 @@ constexpr std::array kIndex{PALPATE_HELD,
                             InputBinding{Act::kRecentre, "/user/hand/right/input/b/click"},
                             InputBinding{Act::kPresetNext, "/user/hand/left/input/b/click"},
                             InputBinding{Act::kPresetPrevious, "/user/hand/left/input/a/click"},
+                            InputBinding{Act::kPanel, "/user/hand/left/input/trackpad/force"},
                             InputBinding{Act::kScrub, "/user/hand/right/input/thumbstick/x"}};
 
 constexpr std::array kMixedReality{

@@ -16,6 +16,7 @@ enum class Act : uint8_t {
   kRecentre,
   kPresetNext,
   kPresetPrevious,
+  kPanel,    ///< shows or hides the panel with text
   kScrub,    ///< -1 to 1
   kVibrate,  ///< output
   kCount

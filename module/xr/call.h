@@ -47,6 +47,12 @@ inline Pose pose_of(const XrPosef& pose) {
   return {glm::dvec3(pose.position.x, pose.position.y, pose.position.z), glm::normalize(q)};
 }
 
+inline XrPosef xr_pose_of(const Pose& pose) {
+  const glm::quat q(glm::normalize(pose.rotation));
+  const glm::vec3 p(pose.position_m);
+  return {{q.x, q.y, q.z, q.w}, {p.x, p.y, p.z}};
+}
+
 inline XrPosef identity_pose() {
   return {{0, 0, 0, 1}, {0, 0, 0}};
 }

@@ -4,7 +4,7 @@
 
 namespace palpate::xr {
 
-/// The projection layer of one frame; its parts point at each other, so it must not be moved.
+/// The layers of one frame; its parts point at each other, so it must not be moved.
 struct FrameLoop::Layer {
   std::array<XrView, 2> views{{{XR_TYPE_VIEW}, {XR_TYPE_VIEW}}};
   std::array<XrCompositionLayerProjectionView, 2> projection{};
@@ -12,6 +12,7 @@ struct FrameLoop::Layer {
   XrCompositionLayerProjection layer{XR_TYPE_COMPOSITION_LAYER_PROJECTION};
   bool shown = false, with_depth = false;
   std::array<VkExtent2D, 2> size{};  ///< pixels that were filled
+  std::optional<XrCompositionLayerQuad> panel;
 };
 
 namespace {
@@ -96,6 +97,30 @@ Done FrameLoop::fill(const FrameParts& parts, const XrFrameState& state, Layer& 
     depth.nearZ = drawn->depth_0_m;
     depth.farZ = drawn->depth_1_m;
   }
+  return layer.shown ? show_panel(parts, layer) : Nothing{};
+}
+
+/// The picture does not need its panel: one that the runtime refuses is left out for the rest of
+/// the session. A loss of the session ends the frame, as everywhere.
+Done FrameLoop::show_panel(const FrameParts& parts, Layer& layer) {
+  if (*no_panel_.call) return Nothing{};
+  const auto wanted = parts.source.panel();
+  if (!wanted) return Nothing{};
+  if (!panel_) panel_ = std::make_unique<PanelLayer>(context_);
+  const auto quad = panel_->show(parts.session, *wanted);
+  if (quad) {
+    layer.panel = *quad;
+    if (!layer.panel) return Nothing{};
+    layer.panel->space = parts.spaces.base();
+    layer.panel->pose =
+        xr_pose_of(inverse(parts.colocation.world_from_base()) * wanted->world_from_panel);
+    return Nothing{};
+  }
+  const Trouble trouble = quad.error().trouble;
+  if (trouble == Trouble::kInstanceLost || trouble == Trouble::kSessionLost ||
+      trouble == Trouble::kNoGraphics)
+    return quad.error();
+  no_panel_ = quad.error();
   return Nothing{};
 }
 
@@ -199,10 +224,13 @@ Done FrameLoop::end(const FrameParts& parts, XrTime time, const Layer& filled) {
   layer.layer.views = layer.projection.data();
   if (parts.see_through)
     layer.layer.layerFlags = XR_COMPOSITION_LAYER_BLEND_TEXTURE_SOURCE_ALPHA_BIT;
-  const auto* header = reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer.layer);
+  // The panel is drawn over the picture.
+  std::array<const XrCompositionLayerBaseHeader*, 2> layers{
+      reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer.layer), nullptr};
+  if (layer.panel) layers[1] = reinterpret_cast<const XrCompositionLayerBaseHeader*>(&*layer.panel);
   if (layer.shown) {
-    end.layerCount = 1;
-    end.layers = &header;
+    end.layerCount = layer.panel ? 2 : 1;
+    end.layers = layers.data();
   }
   const auto queue = context_->hold_queue();
   return done("xrEndFrame", xrEndFrame(parts.session.handle(), &end));

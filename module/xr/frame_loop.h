@@ -6,6 +6,7 @@
 #include "module/xr/clock.h"
 #include "module/xr/frame_commands.h"
 #include "module/xr/hand_tracking.h"
+#include "module/xr/panel_layer.h"
 #include "module/xr/spaces.h"
 #include "module/xr/swapchains.h"
 #include "module/xr/visibility.h"
@@ -45,6 +46,9 @@ class FrameLoop {
   /// the frame is ended, without a picture, before the problem is returned.
   Outcome<FrameResult> run(const FrameParts& parts);
 
+  /// Why there is no panel where one was to be shown; `call` is empty if nothing failed.
+  const Problem& no_panel() const { return no_panel_; }
+
   /// The mask of this view changed: it is asked for again.
   void forget_mask(uint32_t view) {
     if (view < 2) masks_known_[view] = false;
@@ -56,6 +60,7 @@ class FrameLoop {
   Done locate_eyes(const FrameParts& parts, XrTime time, Layer& layer, HeadsetFrame& frame,
                    bool& valid);
   Outcome<Drawn> draw(const FrameParts& parts, HeadsetFrame& frame);
+  Done show_panel(const FrameParts& parts, Layer& layer);
   Done fill(const FrameParts& parts, const XrFrameState& state, Layer& layer, Hands& hands);
   Done end(const FrameParts& parts, XrTime time, const Layer& layer);
 
@@ -63,8 +68,10 @@ class FrameLoop {
   double view_scale_;
   std::optional<Swapchains> chains_;
   std::unique_ptr<FrameCommands> commands_;  ///< goes first: its work uses the images
+  std::unique_ptr<PanelLayer> panel_;        ///< made for the first panel
   std::array<HiddenMesh, 2> masks_;
   std::array<bool, 2> masks_known_{};
+  Problem no_panel_;
 };
 
 }  // namespace palpate::xr

@@ -34,6 +34,7 @@ struct Hands {
   std::array<Fingers, 2> fingers;  ///< likewise; runtimes may see a hand that holds a controller
   bool play_pause = false;         ///< was pressed since the last frame
   bool recentre = false;           ///< was pressed since the last frame
+  bool panel = false;              ///< was pressed since the last frame
   int preset_steps = 0;            ///< to the next (+) or the one before (-) since the last frame
   double scrub = 0.0;              ///< -1 to 1: how fast to move through the sequence
   bool focused = false;            ///< the runtime gives input to this program now

@@ -126,6 +126,7 @@ void Headset::Story::take(const Round& round) {
   report.main_visible = live->main_visible();
   report.hand_tracking = live->tracking().works();
   report.no_hand_tracking = live->tracking().refused();
+  report.no_panel = call_text(live->no_panel());
 }
 
 Done Headset::Story::arrive() {

@@ -55,7 +55,9 @@ struct Report {
   bool see_through = false;
   bool hand_tracking = false;    ///< hands without controllers are looked for
   std::string no_hand_tracking;  ///< the call that was refused for them; empty: none
-  bool main_visible = true;      ///< an overlay's: the program below is seen
+  /// The call that was refused for what hangs beside the picture; empty: none.
+  std::string no_panel;
+  bool main_visible = true;  ///< an overlay's: the program below is seen
   /// As of the last frame; at rest in every state but kFocused. Read here what must end when frames
   /// stop, such as the dead-man: a PictureSource is not called then.
   Hands hands;

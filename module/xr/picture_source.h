@@ -5,9 +5,11 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "compute/vulkan/context.h"
+#include "module/view/picture.h"
 #include "module/xr/hands.h"
 #include "module/xr/pose.h"
 
@@ -66,6 +68,15 @@ struct Drawn {
   float depth_1_m = 100.0F;
 };
 
+/// A flat picture that hangs in the room, such as text.
+struct HangingPanel {
+  /// Opaque; its depths are not used. Never null. Another pointer means other pixels: they are not
+  /// compared.
+  std::shared_ptr<const Picture> pixels;
+  Pose world_from_panel;  ///< its middle; x to the right, y up, z towards the person
+  double width_m = 0.0;   ///< of the picture; pixels are square
+};
+
 /// What is shown in the headset. All on the thread that calls Headset::step.
 ///
 /// sRGB: `color.format` is an _SRGB one wherever the runtime offers one. Its bytes are to be
@@ -83,6 +94,9 @@ class PictureSource {
   /// its own resources, the caller those for the targets. Errors: kDeviceFailed, kOutOfMemory; they
   /// are taken as kNoGraphics.
   virtual Result<Drawn> record(const HeadsetFrame& frame, VkCommandBuffer commands) = 0;
+  /// What hangs beside the picture, in front of which it is drawn. Called after record(), for
+  /// frames with a picture only.
+  virtual std::optional<HangingPanel> panel() { return std::nullopt; }
 };
 
 }  // namespace palpate::xr

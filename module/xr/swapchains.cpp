@@ -8,6 +8,8 @@
 namespace palpate::xr {
 namespace {
 
+constexpr XrSwapchainUsageFlags kShared =
+    XR_SWAPCHAIN_USAGE_TRANSFER_DST_BIT | XR_SWAPCHAIN_USAGE_SAMPLED_BIT;
 constexpr XrDuration kPatience = 1'000'000'000;  // ns: far more than any frame, less than a hang
 
 Outcome<std::vector<int64_t>> offered_formats(const OpenXrSession& session) {
@@ -62,8 +64,21 @@ VkExtent2D scaled(const XrViewConfigurationView& view, const System& system, dou
 
 }  // namespace
 
+Outcome<VkFormat> colour_format(const OpenXrSession& session) {
+  const auto offered = offered_formats(session);
+  if (!offered) return offered.error();
+  const auto format = first(kColours, *offered);
+  if (!format) return no_format(*offered);
+  return *format;
+}
+
+Outcome<Swapchain> Swapchain::make_colour(const OpenXrSession& session, VkFormat format,
+                                          VkExtent2D size, uint32_t layers) {
+  return make(session, format, size, layers, kShared | XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT);
+}
+
 Outcome<Swapchain> Swapchain::make(const OpenXrSession& session, VkFormat format, VkExtent2D size,
-                                   XrSwapchainUsageFlags usage) {
+                                   uint32_t layers, XrSwapchainUsageFlags usage) {
   XrSwapchainCreateInfo create{XR_TYPE_SWAPCHAIN_CREATE_INFO};
   create.usageFlags = usage;
   create.format = int64_t(format);
@@ -71,7 +86,7 @@ Outcome<Swapchain> Swapchain::make(const OpenXrSession& session, VkFormat format
   create.width = size.width;
   create.height = size.height;
   create.faceCount = 1;
-  create.arraySize = 2;
+  create.arraySize = layers;
   create.mipCount = 1;
   Swapchain made(session.context());
   made.format_ = format;
@@ -135,25 +150,22 @@ Done Swapchain::release() {
 
 Outcome<Swapchains> Swapchains::make(const OpenXrSession& session, const System& system, bool depth,
                                      double view_scale) {
-  const auto offered = offered_formats(session);
-  if (!offered) return offered.error();
-  const auto color_format = first(kColours, *offered);
-  if (!color_format) return no_format(*offered);
+  const auto format = colour_format(session);
+  if (!format) return format.error();
   std::array<VkExtent2D, 2> eyes{};
   VkExtent2D both{};
   for (size_t eye = 0; eye < 2; ++eye) {
     eyes[eye] = scaled(system.views[eye], system, view_scale);
     both = {std::max(both.width, eyes[eye].width), std::max(both.height, eyes[eye].height)};
   }
-  constexpr XrSwapchainUsageFlags kShared =
-      XR_SWAPCHAIN_USAGE_TRANSFER_DST_BIT | XR_SWAPCHAIN_USAGE_SAMPLED_BIT;
-  auto color = Swapchain::make(session, *color_format, both,
-                               kShared | XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT);
+  auto color = Swapchain::make_colour(session, *format, both, 2);
   if (!color) return color.error();
   Swapchains made{std::move(*color), std::nullopt, eyes};
+  const auto offered = offered_formats(session);
+  if (!offered) return offered.error();
   const auto depth_format = first(std::array{VK_FORMAT_D32_SFLOAT}, *offered);
   if (depth && depth_format) {
-    auto chain = Swapchain::make(session, *depth_format, both,
+    auto chain = Swapchain::make(session, *depth_format, both, 2,
                                  kShared | XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT);
     // The picture does not need depth: it is left out if the runtime offers it but can not make it.
     if (chain)

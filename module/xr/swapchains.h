@@ -9,12 +9,15 @@
 
 namespace palpate::xr {
 
-/// Images shared with the compositor, two layers each, one per eye. Move-only. Calls that may use
-/// the queue lock it.
+/// Images shared with the compositor. Move-only. Calls that may use the queue lock it.
 class Swapchain {
  public:
+  /// layers: 2 for a picture with one per eye.
   static Outcome<Swapchain> make(const OpenXrSession& session, VkFormat format, VkExtent2D size,
-                                 XrSwapchainUsageFlags usage);
+                                 uint32_t layers, XrSwapchainUsageFlags usage);
+  /// Of colour pictures, in a format that colour_format() gives.
+  static Outcome<Swapchain> make_colour(const OpenXrSession& session, VkFormat format,
+                                        VkExtent2D size, uint32_t layers);
   ~Swapchain();
   Swapchain(Swapchain&&) = default;
   Swapchain& operator=(Swapchain&&) = delete;
@@ -44,15 +47,17 @@ class Swapchain {
   bool acquired_ = false, waited_ = false;
 };
 
+/// The first that the runtime offers of R8G8B8A8_SRGB, B8G8R8A8_SRGB, R16G16B16A16_SFLOAT and the
+/// 8-bit _UNORM ones; kUnsupported if none is.
+Outcome<VkFormat> colour_format(const OpenXrSession& session);
+
 /// Sixth in the life cycle: colour, and depth where the runtime takes it.
 struct Swapchains {
   Swapchain color;
   std::optional<Swapchain> depth;
   std::array<VkExtent2D, 2> eyes;  ///< what of the images each eye fills
 
-  /// Sizes are the recommended ones times view_scale, within what the runtime can. Colour is
-  /// the first that is offered of R8G8B8A8_SRGB, B8G8R8A8_SRGB, R16G16B16A16_SFLOAT and the 8-bit
-  /// _UNORM ones; kUnsupported if none is.
+  /// Sizes are the recommended ones times view_scale, within what the runtime can.
   static Outcome<Swapchains> make(const OpenXrSession& session, const System& system, bool depth,
                                   double view_scale);
 };

@@ -44,6 +44,7 @@ void VolumeSource::drop() noexcept {
   drawing_.reset();
   volumes_.clear();
   context_.reset();
+  panel_.reset();
   resolution_ = {.scale = kAtFirst};
   unmeasured_ = false;
 }
@@ -107,6 +108,7 @@ Result<bool> VolumeSource::prepare(const Scenery& scenery, const HeadsetFrame& f
 Result<Drawn> VolumeSource::record(const HeadsetFrame& frame, VkCommandBuffer commands) {
   trouble_.clear();
   const auto scenery = show_(frame);
+  panel_ = scenery ? scenery->panel : std::nullopt;
   if (!scenery || scenery->volumes.empty()) return Drawn{};
   PictureSize full{int(frame.eyes[0].size.width), int(frame.eyes[0].size.height)};
   full.width = std::min(full.width, int(frame.eyes[1].size.width));

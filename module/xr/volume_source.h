@@ -21,6 +21,7 @@ struct Scenery {
   ViewScene scene;
   /// All volumes that the scene may show; uploaded when they change.
   std::span<const std::shared_ptr<const MovingVolume>> volumes;
+  std::optional<HangingPanel> panel;
 };
 
 /// Called once per frame; none: there is nothing to show yet.
@@ -40,6 +41,7 @@ class VolumeSource final : public PictureSource {
   Status use(const std::shared_ptr<vulkan::Context>& context) override;
   void drop() noexcept override;
   Result<Drawn> record(const HeadsetFrame& frame, VkCommandBuffer commands) override;
+  std::optional<HangingPanel> panel() override { return panel_; }
 
   /// Why the last frame that was asked for has no picture: a sentence, or nothing.
   const std::string& trouble() const { return trouble_; }
@@ -88,6 +90,7 @@ class VolumeSource final : public PictureSource {
     std::shared_ptr<const VisiblePixels> visible;
   };
   HiddenParts mask_;
+  std::optional<HangingPanel> panel_;  ///< of the last frame
   Resolution resolution_;
   PictureSize size_;
   double picture_s_ = 0.0;

@@ -325,6 +325,30 @@ TEST_F(HandsInAHeadset, PresetsChangeTheLookAndComeBack) {
   end();
 }
 
+TEST_F(HandsInAHeadset, TextHangsBesideTheVolumeUntilItsButtonIsPressed) {
+  const std::string scene = still_heart(folder);
+  start(scene, at_rest(way_to_surface(scene, folder).start_m), "64 48", 15.0);
+  const auto hangs = [&](const char* count) {
+    return wait_until([&] { return headset->ask()["quads"] == count; });
+  };
+  EXPECT_TRUE(hangs("1")) << program->said();
+  tap(kLeft + "menu/click");
+  EXPECT_TRUE(hangs("0"));
+  tap(kLeft + "menu/click");
+  EXPECT_TRUE(hangs("1"));
+  end();
+}
+
+TEST_F(HandsInAHeadset, NoTextHangsWhereNoneIsWanted) {
+  const std::string scene = still_heart(folder);
+  std::vector<std::string> more = at_rest(way_to_surface(scene, folder).start_m);
+  more.push_back("--no-panel");
+  start(scene, more, "64 48", 15.0);
+  frames_pass(30);
+  EXPECT_EQ(headset->ask()["quads"], "0");
+  end();
+}
+
 TEST_F(HandsInAHeadset, AButtonBringsTheVolumeBackBeforeThePerson) {
   start(still_heart(folder), {"--device", "controller"});
   hand(1, kScenesMiddle_m + glm::dvec3(0.25, 0.0, 0.0));

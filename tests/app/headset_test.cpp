@@ -263,7 +263,7 @@ TEST_F(InAHeadset, IsSeenInAWindowAndInPicturesAtTheSameTime) {
     const uint32_t pixel = display->screenshot().at(560, 380);
     return int(pixel >> 16 & 255) > int(pixel & 255) + 25;
   }));
-  EXPECT_TRUE(wait_until([&] { return headset.ask()["layers"] == "1"; }));
+  EXPECT_TRUE(wait_until([&] { return std::stoi("0" + headset.ask()["layers"]) > 0; }));
   headset.say("exit");
   const Outcome outcome = program.wait();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -282,7 +282,7 @@ TEST_F(InAHeadset, GoesOnWithoutItsWindow) {
   Program program(feel("shell", {"--headset", "openxr", "--device", "simulated", "--path", path}));
   unsetenv("MALLOC_PERTURB_");
   ASSERT_TRUE(says(program, "A window shows the same to others.")) << program.said();
-  EXPECT_TRUE(wait_until([&] { return headset.ask()["layers"] == "1"; }));
+  EXPECT_TRUE(wait_until([&] { return std::stoi("0" + headset.ask()["layers"]) > 0; }));
   display.reset();
   // The servo thread still writes every force to the window's listener.
   std::this_thread::sleep_for(std::chrono::seconds(2));

@@ -61,8 +61,10 @@ TEST(SlicePanel, EnlargesWhatHasFewerPixels) {
 
 TEST(SlicePanel, ReadsTimesInWordsThatFitWhatIsKnown) {
   FrameTimes times{{0.0, 0.2, 0.5}, 0.8, false};
-  EXPECT_THAT(time_lines(times, 0.35), ElementsAre("frame 1.5 of 3", "350 of 800 ms, 44 %"));
-  EXPECT_THAT(time_lines(times, 1.15), ElementsAre("frame 1.5 of 3", "350 of 800 ms, 44 %"));
+  EXPECT_THAT(time_lines(times, 0.35),
+              ElementsAre("frame 1.5 of 3", "350 of 800 ms, 44 %", "75 cycles a minute"));
+  EXPECT_THAT(time_lines(times, 1.15),
+              ElementsAre("frame 1.5 of 3", "350 of 800 ms, 44 %", "75 cycles a minute"));
   times.assumed = true;
   EXPECT_THAT(time_lines(times, 0.2), ElementsAre("frame 1.0 of 3", "25 % of the cycle"));
   times.cycle_s = 0.0;

@@ -31,9 +31,10 @@ Result<xr::Drawn> GradientSource::record(const xr::HeadsetFrame& frame, VkComman
   if (!with_color) return drawn;
   const VkExtent2D size = frame.color.size;
   const size_t pixels = size_t(size.width) * size.height;
-  if (color_.bytes() != 2 * pixels * sizeof(uint32_t)) {
+  // Enough for formats of eight bytes a pixel, too, in which the picture makes no sense.
+  if (color_.bytes() != 2 * pixels * sizeof(uint64_t)) {
     color_ =
-        vulkan::Buffer(context_, 2 * pixels * sizeof(uint32_t), vulkan::Buffer::Kind::kHostVisible);
+        vulkan::Buffer(context_, 2 * pixels * sizeof(uint64_t), vulkan::Buffer::Kind::kHostVisible);
     depth_ =
         vulkan::Buffer(context_, 2 * pixels * sizeof(float), vulkan::Buffer::Kind::kHostVisible);
   }

@@ -14,6 +14,7 @@ class GradientSource : public xr::PictureSource {
   Status use(const std::shared_ptr<vulkan::Context>& context) override;
   void drop() noexcept override;
   Result<xr::Drawn> record(const xr::HeadsetFrame& frame, VkCommandBuffer commands) override;
+  std::optional<xr::HangingPanel> panel() override { return hanging; }
 
   static uint32_t color_at(uint32_t eye, uint32_t x, uint32_t y) {
     return 0xff000000U | (eye ? 0xc00000U : 0x400000U) | (y & 0xffU) << 8U | (x & 0xffU);
@@ -25,6 +26,7 @@ class GradientSource : public xr::PictureSource {
   std::function<void(const xr::HeadsetFrame&)> on_frame;  ///< called with each frame
   std::optional<Error> fails_once;                        ///< of the next record()
   bool with_color = true, with_depth = true;
+  std::optional<xr::HangingPanel> hanging;  ///< panel() gives it
   /// use() fails.
   bool refuse = false;
   int uses = 0, drops = 0, frames = 0;

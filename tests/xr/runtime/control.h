@@ -76,6 +76,14 @@ struct Ended {
   XrPosef eyes[2]{};
 };
 
+/// A quad layer of a frame, with its picture if pictures are kept.
+struct Quad {
+  Picture picture;
+  XrPosef pose{};
+  XrExtent2Df size{};
+  XrReferenceSpaceType space{};
+};
+
 /// Tracking data of a hand without a controller.
 struct SeenFingers {
   XrVector3f thumb_tip{}, index_tip{};  ///< room, m
@@ -137,7 +145,8 @@ class Control {
   virtual uint64_t frames() const = 0;  ///< ended
   virtual Ended last_frame() const = 0;
   virtual std::vector<Picture> pictures()
-      const = 0;  ///< of the last frame with layers, one per eye
+      const = 0;                                ///< of the last frame with layers, one per eye
+  virtual std::vector<Quad> quads() const = 0;  ///< of the last frame
   virtual std::vector<Haptic> haptics() const = 0;
   virtual int stops() const = 0;  ///< xrStopHapticFeedback calls
 };

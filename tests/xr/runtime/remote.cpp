@@ -109,12 +109,16 @@ void tell(const std::string& file, World& world) {
   const std::vector<Picture> pictures = world.pictures();
   write_pictures(file + ".ppm", pictures);
   write_depths(file + ".depth", pictures);
+  std::vector<Picture> hanging;
+  for (const Quad& quad : world.quads()) hanging.push_back(quad.picture);
+  write_pictures(file + ".panel.ppm", hanging);
   const std::string making = file + ".making";
   {
     std::ofstream stream(making);
     stream << "frames " << world.frames() << "\nstate " << int(world.state()) << "\nlayers "
-           << world.ended.layers << "\ndepth " << world.ended.depth << "\nhaptics "
-           << world.vibrations.size() << "\nviolations " << world.wrong.size() << "\n";
+           << world.ended.layers << "\nquads " << world.hanging.size() << "\ndepth "
+           << world.ended.depth << "\nhaptics " << world.vibrations.size() << "\nviolations "
+           << world.wrong.size() << "\n";
     if (!world.vibrations.empty())
       stream << "amplitude " << world.vibrations.back().amplitude << "\n";
     if (!pictures.empty()) stream << "width " << pictures[0].width << "\n";

@@ -12,13 +12,9 @@ XrSpace nothing() {
   return XR_NULL_HANDLE;
 }
 
-/// The error in a view of a projection layer; empty if there is none.
-std::string check_view(Session& session, const XrCompositionLayerProjectionView& view, bool depth,
-                       const XrSwapchainSubImage& part) {
+/// The error in the part of a swapchain that a layer shows; empty if there is none.
+std::string check_part(Session& session, const XrSwapchainSubImage& part, bool depth) {
   World& w = world();
-  if (!unit(view.pose.orientation)) return "orientation not of unit length";
-  if (!(view.fov.angleLeft < view.fov.angleRight && view.fov.angleDown < view.fov.angleUp))
-    return "field of view upside down";
   const auto* chain = w.find<Swapchain>(Kind::kSwapchain, id_of(part.swapchain));
   if (!chain || chain->parent != session.id) return "no such swapchain";
   if (chain->last_released < 0) return "nothing was released yet";
@@ -34,18 +30,31 @@ std::string check_view(Session& session, const XrCompositionLayerProjectionView&
   return is_depth == depth ? "" : "colour and depth swapped";
 }
 
-void keep_picture(Session& session, const XrCompositionLayerProjectionView& view,
-                  const XrCompositionLayerDepthInfoKHR* depth, Picture& picture) {
+/// The error in a view of a projection layer; empty if there is none.
+std::string check_view(Session& session, const XrCompositionLayerProjectionView& view, bool depth,
+                       const XrSwapchainSubImage& part) {
+  if (!unit(view.pose.orientation)) return "orientation not of unit length";
+  if (!(view.fov.angleLeft < view.fov.angleRight && view.fov.angleDown < view.fov.angleUp))
+    return "field of view upside down";
+  return check_part(session, part, depth);
+}
+
+void keep_colours(Session& session, const XrSwapchainSubImage& part, Picture& picture) {
   World& w = world();
-  const auto* chain = w.find<Swapchain>(Kind::kSwapchain, id_of(view.subImage.swapchain));
-  picture.width = uint32_t(view.subImage.imageRect.extent.width);
-  picture.height = uint32_t(view.subImage.imageRect.extent.height);
-  if (!read_back(session, *chain, view.subImage.imageArrayIndex, view.subImage.imageRect,
-                 picture.rgba))
+  const auto* chain = w.find<Swapchain>(Kind::kSwapchain, id_of(part.swapchain));
+  picture.width = uint32_t(part.imageRect.extent.width);
+  picture.height = uint32_t(part.imageRect.extent.height);
+  if (!read_back(session, *chain, part.imageArrayIndex, part.imageRect, picture.rgba))
     w.violation("xrEndFrame: the picture can not be read back");
   picture.format = VkFormat(chain->info.format);
   picture.light = light_of(picture.format, picture.rgba);
+}
+
+void keep_picture(Session& session, const XrCompositionLayerProjectionView& view,
+                  const XrCompositionLayerDepthInfoKHR* depth, Picture& picture) {
+  keep_colours(session, view.subImage, picture);
   if (!depth) return;
+  World& w = world();
   const auto* depths = w.find<Swapchain>(Kind::kSwapchain, id_of(depth->subImage.swapchain));
   std::vector<uint32_t> words;
   if (!read_back(session, *depths, depth->subImage.imageArrayIndex, depth->subImage.imageRect,
@@ -90,7 +99,25 @@ XrResult take_layer(Session& session, const XrCompositionLayerProjection& layer)
   return XR_SUCCESS;
 }
 
+XrResult take_quad(Session& session, const XrCompositionLayerQuad& layer) {
+  World& w = world();
+  const auto* space = w.find<Space>(Kind::kSpace, id_of(layer.space));
+  if (!space || space->parent != session.id)
+    return w.violation("xrEndFrame: space of a quad", XR_ERROR_HANDLE_INVALID);
+  if (!unit(layer.pose.orientation)) return w.violation("xrEndFrame: pose of a quad");
+  if (!(layer.size.width > 0 && layer.size.height > 0))
+    return w.violation("xrEndFrame: size of a quad");
+  const std::string bad = check_part(session, layer.subImage, false);
+  if (!bad.empty()) return w.violation("xrEndFrame: quad: " + bad, XR_ERROR_LAYER_INVALID);
+  Quad quad{{}, layer.pose, layer.size, space->type};
+  if (w.setup().keep_pictures) keep_colours(session, layer.subImage, quad.picture);
+  w.hanging.push_back(std::move(quad));
+  return XR_SUCCESS;
+}
+
 }  // namespace
+
+// NOLINTBEGIN(readability-identifier-naming): OpenXR's names
 
 XrResult xr_CreateSession(XrInstance handle, const XrSessionCreateInfo* create, XrSession* made) {
   const Call call("xrCreateSession", handle);
@@ -251,15 +278,19 @@ XrResult xr_EndFrame(XrSession handle, const XrFrameEndInfo* end) {
     return w.violation("xrEndFrame: blend", XR_ERROR_ENVIRONMENT_BLEND_MODE_UNSUPPORTED);
   session.begun = false;
   w.ended = {};
+  w.hanging.clear();
   w.ended.display_time = end->displayTime;
   w.ended.blend = end->environmentBlendMode;
   w.ended.layers = end->layerCount;
   for (uint32_t i = 0; i < end->layerCount; ++i) {
     const XrCompositionLayerBaseHeader* layer = end->layers[i];
-    if (!layer || layer->type != XR_TYPE_COMPOSITION_LAYER_PROJECTION)
+    if (!layer || (layer->type != XR_TYPE_COMPOSITION_LAYER_PROJECTION &&
+                   layer->type != XR_TYPE_COMPOSITION_LAYER_QUAD))
       return w.violation("xrEndFrame: layer", XR_ERROR_LAYER_INVALID);
     const XrResult taken =
-        take_layer(session, *reinterpret_cast<const XrCompositionLayerProjection*>(layer));
+        layer->type == XR_TYPE_COMPOSITION_LAYER_QUAD
+            ? take_quad(session, *reinterpret_cast<const XrCompositionLayerQuad*>(layer))
+            : take_layer(session, *reinterpret_cast<const XrCompositionLayerProjection*>(layer));
     if (XR_FAILED(taken)) return taken;
   }
   ++w.ended_frames;
@@ -316,5 +347,7 @@ XrResult xr_GetVisibilityMaskKHR(XrSession handle, XrViewConfigurationType, uint
       enumerate(indices, mask->indexCapacityInput, &mask->indexCountOutput, mask->indices, copy);
   return XR_FAILED(first) ? first : second;
 }
+
+// NOLINTEND(readability-identifier-naming)
 
 }  // namespace palpate::test::fake

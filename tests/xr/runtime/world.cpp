@@ -98,6 +98,7 @@ void World::reset() {
   vibrations.clear();
   vibration_stops = 0;
   ended = {};
+  hanging.clear();
   ended_frames = 0;
   time = kStart;
   head = standing_head;

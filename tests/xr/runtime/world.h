@@ -140,6 +140,7 @@ class World : public Control {
   int64_t monotonic_of(XrTime at) const override { return at + (real_time ? 0 : kClockOffset); }
   uint64_t frames() const override { return ended_frames; }
   Ended last_frame() const override { return ended; }
+  std::vector<Quad> quads() const override { return hanging; }
   std::vector<Picture> pictures() const override { return shown; }
   std::vector<Haptic> haptics() const override { return vibrations; }
   int stops() const override { return vibration_stops; }
@@ -204,6 +205,7 @@ class World : public Control {
   std::set<std::string> taps;  ///< pressed for the next sync only
   uint64_t ended_frames = 0;
   Ended ended;
+  std::vector<Quad> hanging;
   std::vector<Picture> shown;
   std::vector<Haptic> vibrations;
   int vibration_stops = 0;
