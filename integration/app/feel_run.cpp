@@ -531,8 +531,9 @@ class FeelRun {
     const std::string title = "Feeling " + name_of(command_);
     ScenePicture of_slices(command_.view);
     of_slices.update(connected_.session->scene());
-    Status done = stage_views(*outputs_, gallery_->pictures(),
-                              command_.view.slices ? &of_slices : nullptr, title, timeline);
+    Status done =
+        stage_views(*outputs_, gallery_->pictures(), command_.view.slices ? &of_slices : nullptr,
+                    title, timeline, command_.view);
     if (!done) return done;
     const auto path = outputs_->stage("summary.txt");
     if (!path) return path.error();

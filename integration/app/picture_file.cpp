@@ -8,13 +8,56 @@
 
 namespace palpate::app {
 
-charts::Bitmap raster_of(const Picture& picture) {
+namespace {
+
+/// From R in the lowest byte to 0xAARRGGBB.
+uint32_t argb_of(uint32_t colour) {
+  return (colour & 0xff00ff00U) | (colour & 0xffU) << 16 | (colour >> 16 & 0xffU);
+}
+
+/// The light of a pixel on black as a colour that is multiplied by its coverage as charts do it:
+/// by the encoded value.
+uint32_t as_transparent(uint32_t colour) {
+  const uint32_t coverage = colour >> 24;
+  if (coverage == 0) return 0;
+  const uint32_t alone = colour_of(light_of(colour) * (255.0F / float(coverage)));
+  uint32_t result = coverage << 24;
+  for (int shift = 0; shift < 24; shift += 8)
+    result |= ((alone >> shift & 0xffU) * coverage + 127) / 255 << shift;
+  return argb_of(result);
+}
+
+constexpr double kNameHeight = 26.0;  // of the line below the pictures of two eyes, px
+
+}  // namespace
+
+charts::Bitmap raster_of(const Picture& picture, ViewGround background) {
   charts::Bitmap raster{picture.width, picture.height, {}};
   raster.pixels.reserve(picture.colours.size());
-  // From R in the lowest byte to 0xRRGGBB order, opaque.
   for (const uint32_t c : picture.colours)
-    raster.pixels.push_back(0xff000000u | (c & 0xffu) << 16 | (c & 0xff00u) | (c >> 16 & 0xffu));
+    raster.pixels.push_back(background == ViewGround::kNone ? as_transparent(c)
+                                                            : argb_of(c | 0xff000000U));
   return raster;
+}
+
+std::vector<charts::Bitmap> rasters_of(std::span<const Picture> eyes, const ViewChoices& choices) {
+  if (eyes.size() == 1) return {raster_of(eyes[0], choices.background)};
+  const Stereo stereo = choices.stereo.value_or(Stereo::kParallel);
+  if (!is_side_by_side(stereo))
+    return {raster_of(joined({eyes[0], eyes[1]}, stereo), choices.background)};
+  std::vector<charts::Bitmap> rasters;
+  for (size_t place = 0; place < 2; ++place) {
+    const size_t eye = stereo == Stereo::kParallel ? place : 1 - place;
+    const charts::Bitmap raster = raster_of(eyes[eye], choices.background);
+    charts::Canvas canvas(raster.width, raster.height + int(kNameHeight));
+    canvas.draw_raster(raster, {0.0, 0.0}, 0.0);
+    canvas.fill_box({0.0, raster.height}, {raster.width, kNameHeight}, {1.0, 1.0, 1.0});
+    canvas.draw_text(eye == 0 ? "left eye" : "right eye",
+                     {0.5 * raster.width, raster.height + 0.7 * kNameHeight},
+                     {.size_px = 14, .align = charts::Align::kCentre});
+    rasters.push_back(canvas.raster());
+  }
+  return rasters;
 }
 
 std::optional<charts::Bitmap> slices_beside(const ScenePicture& picture,
@@ -26,24 +69,38 @@ std::optional<charts::Bitmap> slices_beside(const ScenePicture& picture,
   return charts::draw_slices({std::move(*slices), lines}, height_px);
 }
 
-Status write_side_by_side(const std::string& path, const std::vector<charts::Bitmap>& rasters) {
+namespace {
+
+/// Draws them into a canvas that `use` is then given.
+template <class Use>
+auto on_canvas(const std::vector<charts::Bitmap>& rasters, const Use& use) {
   int width = 0, height = 0;
   for (const charts::Bitmap& raster : rasters) {
     width += raster.width;
     height = std::max(height, raster.height);
   }
-  charts::Canvas canvas(width, height, charts::Color{});
+  charts::Canvas canvas(width, height);
   double left = 0.0;
   for (const charts::Bitmap& raster : rasters) {
     canvas.draw_raster(raster, {left, 0.0}, 0.0);
     left += raster.width;
   }
-  return canvas.save(path);
+  return use(canvas);
+}
+
+}  // namespace
+
+charts::Bitmap side_by_side(const std::vector<charts::Bitmap>& rasters) {
+  return on_canvas(rasters, [](const charts::Canvas& canvas) { return canvas.raster(); });
+}
+
+Status write_side_by_side(const std::string& path, const std::vector<charts::Bitmap>& rasters) {
+  return on_canvas(rasters, [&](const charts::Canvas& canvas) { return canvas.save(path); });
 }
 
 Status stage_views(Outputs& outputs, const std::vector<StereoPicture>& pictures,
                    const ScenePicture* of_slices, const std::string& title,
-                   const charts::Timeline& timeline) {
+                   const charts::Timeline& timeline, const ViewChoices& choices) {
   charts::FeltPage page{title, timeline.subtitle, {}, timeline};
   for (const StereoPicture& picture : pictures)
     page.views.push_back({raster_of(picture.eyes[0]), raster_of(picture.eyes[1]),
@@ -52,9 +109,9 @@ Status stage_views(Outputs& outputs, const std::vector<StereoPicture>& pictures,
   for (size_t v = 0; v < page.views.size(); ++v) {
     const auto path = outputs.stage(fmt::format("view_{}.png", v + 1));
     if (!path) return path.error();
-    std::vector<charts::Bitmap> rasters{page.views[v].left, page.views[v].right};
+    std::vector<charts::Bitmap> rasters = rasters_of(pictures[v].eyes, choices);
     if (of_slices)
-      if (auto slices = slices_beside(*of_slices, pictures[v].snapshot, rasters.front().height))
+      if (auto slices = slices_beside(*of_slices, pictures[v].snapshot, pictures[v].eyes[0].height))
         rasters.push_back(std::move(*slices));
     const Status written = write_side_by_side(path->string(), rasters);
     if (!written) return outputs.in_place(written.error());

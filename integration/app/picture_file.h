@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,8 +12,13 @@
 
 namespace palpate::app {
 
-/// A picture in the format of charts, opaque.
-charts::Bitmap raster_of(const Picture& picture);
+/// A picture in the format of charts: opaque, or with kNone as background as transparent as it is
+/// covered.
+charts::Bitmap raster_of(const Picture& picture, ViewGround background = ViewGround::kDark);
+
+/// The pictures of one or two eyes as they go to a file: side by side with a line below that names
+/// the eyes, or joined. stereo: of two eyes; not set: kParallel.
+std::vector<charts::Bitmap> rasters_of(std::span<const Picture> eyes, const ViewChoices& choices);
 
 /// Slices of a scene's first visible volume as a panel beside a picture of this height: their place
 /// in `snapshot`, with its time below. None without volumes, and none beside a picture that is too
@@ -20,13 +26,15 @@ charts::Bitmap raster_of(const Picture& picture);
 std::optional<charts::Bitmap> slices_beside(const ScenePicture& picture,
                                             const SceneSnapshot& snapshot, int height_px);
 
-/// Writes pictures of one height side by side, opaque, as PNG. Errors: kBadOutput, kOutOfMemory.
+/// Pictures side by side, their tops at one height.
+charts::Bitmap side_by_side(const std::vector<charts::Bitmap>& rasters);
+/// Writes pictures side by side as PNG, their tops at one height. Errors: kBadOutput, kOutOfMemory.
 Status write_side_by_side(const std::string& path, const std::vector<charts::Bitmap>& rasters);
 
 /// Stages view_1.png, ... and page.png, with what was seen and felt. of_slices: of the scene, as it
 /// was felt; null: no slices. Errors: kBadOutput.
 Status stage_views(Outputs& outputs, const std::vector<StereoPicture>& pictures,
                    const ScenePicture* of_slices, const std::string& title,
-                   const charts::Timeline& timeline);
+                   const charts::Timeline& timeline, const ViewChoices& choices);
 
 }  // namespace palpate::app

@@ -1,12 +1,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <memory>
 #include <optional>
 
 #include "integration/app/cancel.h"
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/feel_run.h"
+#include "integration/app/film_file.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/outputs.h"
 #include "integration/app/picture_file.h"
@@ -20,6 +23,16 @@ namespace palpate::app {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int kFilmRate = 25;               // pictures a second
+constexpr double kUsualAzimuth_deg = 22.8;  // of pictures whose azimuth was not chosen
+
+/// A film that is asked for.
+struct FilmChoices {
+  fs::path file;
+  std::optional<double> turn_deg;
+  double seconds = 0.0;  ///< its length; 0: by the data
+};
 
 /// A snapshot with all volumes at frame `at` of the sequence (from 0, with phases in between).
 SceneSnapshot snapshot_at(const LoadedScene& scene, double at) {
@@ -48,15 +61,18 @@ size_t frames_of(const LoadedScene& scene) {
   return most;
 }
 
-/// Pictures of one height side by side, with slices at their right where these are wanted.
-Status write_pictures(const fs::path& path, std::span<const Picture> eyes, const Viewer& viewer,
-                      const SceneSnapshot& snapshot, bool with_slices) {
-  std::vector<charts::Bitmap> rasters;
-  for (const Picture& eye : eyes) rasters.push_back(raster_of(eye));
-  if (with_slices)
-    if (auto slices = slices_beside(viewer.picture(), snapshot, rasters.front().height))
+/// What is drawn of a snapshot: the eyes' pictures, and slices at their right where these are
+/// wanted.
+Result<std::vector<charts::Bitmap>> drawn(Viewer& viewer, const SceneSnapshot& snapshot,
+                                          PictureSize size, int eye_count) {
+  const ViewChoices& choices = viewer.picture().choices();
+  const auto eyes = viewer.take_all(snapshot, size, eye_count);
+  if (!eyes) return eyes.error();
+  std::vector<charts::Bitmap> rasters = rasters_of(*eyes, choices);
+  if (choices.slices)
+    if (auto slices = slices_beside(viewer.picture(), snapshot, size.height))
       rasters.push_back(std::move(*slices));
-  return write_side_by_side(path.string(), rasters);
+  return rasters;
 }
 
 /// Loads the scene, or for a live source its first frame.
@@ -67,73 +83,172 @@ Result<LoadedScene> shown_scene(const FeelCommand& command, Console& console) {
   };
   auto read = running::load_request(command.request, callbacks);
   if (!read) return read.error();
+  for (const std::string& note : notes_of(read->scene)) console.say("Note      " + note);
   return std::move(read->scene);
 }
 
-/// Writes pictures without any display: one picture, or every frame for two eyes.
-Status draw(const FeelCommand& command, double frame, Console& console, std::stop_token stop) {
+/// What is drawn without a display.
+struct Drawing {
+  LoadedScene scene;
+  std::unique_ptr<Viewer> viewer;
+  PictureSize size;
+  int eyes = 1;  ///< of a picture
+};
+
+/// Opens the device; what else can fail comes before, because it takes a second.
+Result<Drawing> open_drawing(const FeelCommand& command, LoadedScene scene, bool pairs) {
+  const auto assembled = plan(scene.spec, scene.data, scene.kinds);
+  if (!assembled) return assembled.error();
+  const PictureSize size{command.picture_size, command.picture_size};
+  const Stereo stereo = command.view.stereo.value_or(pairs ? Stereo::kParallel : Stereo::kMono);
+  const int eyes = stereo == Stereo::kMono ? 1 : 2;
+  auto viewer = Viewer::open(vulkan::ContextOptions{.device = command.gpu.device}, command.view,
+                             {.most = size, .most_eyes = eyes});
+  if (!viewer) return viewer.error();
+  if (const Status set = (*viewer)->update(*assembled); !set) return set.error();
+  if (const Status shows = (*viewer)->picture().shows_something(); !shows) return shows.error();
+  return Drawing{std::move(scene), std::move(*viewer), size, eyes};
+}
+
+/// Writes one picture.
+Status draw_picture(const FeelCommand& command, double frame, Console& console) {
   auto scene = shown_scene(command, console);
   if (!scene) return scene.error();
-  for (const std::string& note : notes_of(*scene)) console.say("Note      " + note);
   if (frame >= double(frames_of(*scene)))
     return Error{ErrorKind::kBadInput, fmt::format("There is no frame {}: the frames are 0 to {}",
                                                    frame, frames_of(*scene) - 1)};
-  const auto assembled = plan(scene->spec, scene->data, scene->kinds);
-  if (!assembled) return assembled.error();
-  std::optional<Outputs> outputs;
-  if (!command.headless.empty()) {
-    auto folder = Outputs::into(command.headless);
-    if (!folder) return folder.error();
-    outputs.emplace(std::move(*folder));
-  }
-  const PictureSize size{command.picture_size, command.picture_size};
-  const auto viewer = Viewer::open(vulkan::ContextOptions{.device = command.gpu.device},
-                                   command.view, {.most = size, .most_eyes = outputs ? 2 : 1});
-  if (!viewer) return viewer.error();
-  if (const Status set = (*viewer)->update(*assembled); !set) return set;
-  if (const Status shows = (*viewer)->picture().shows_something(); !shows) return shows;
-  if (!command.picture.empty()) {
-    const SceneSnapshot snapshot = snapshot_at(*scene, frame);
-    const auto eyes = (*viewer)->take_all(snapshot, size, 1);
-    if (!eyes) return eyes.error();
-    const Status written =
-        write_pictures(command.picture, *eyes, **viewer, snapshot, command.view.slices);
-    if (!written) return written;
-    console.say(fmt::format("Wrote     {}", command.picture.string()));
-  }
-  if (!outputs) return Nothing{};
-  const size_t frames = frames_of(*scene);
+  auto drawing = open_drawing(command, std::move(*scene), false);
+  if (!drawing) return drawing.error();
+  const auto rasters =
+      drawn(*drawing->viewer, snapshot_at(drawing->scene, frame), drawing->size, drawing->eyes);
+  if (!rasters) return rasters.error();
+  const Status written = write_side_by_side(command.picture.string(), *rasters);
+  if (written) console.say(fmt::format("Wrote     {}", command.picture.string()));
+  return written;
+}
+
+/// Writes every frame, for two eyes unless --stereo says otherwise.
+Status draw_frames(const FeelCommand& command, Console& console, std::stop_token stop) {
+  auto scene = shown_scene(command, console);
+  if (!scene) return scene.error();
+  auto outputs = Outputs::into(command.headless);
+  if (!outputs) return outputs.error();
+  auto drawing = open_drawing(command, std::move(*scene), true);
+  if (!drawing) return drawing.error();
+  const size_t frames = frames_of(drawing->scene);
   for (size_t k = 0; k < frames; ++k) {
     if (stop.stop_requested()) return Error{ErrorKind::kCancelled, "Stopped: nothing was written"};
     console.progress(double(k) / double(frames), "drawing");
-    const SceneSnapshot snapshot = snapshot_at(*scene, double(k));
-    const auto eyes = (*viewer)->take_all(snapshot, size, 2);
-    if (!eyes) return eyes.error();
+    const auto rasters = drawn(*drawing->viewer, snapshot_at(drawing->scene, double(k)),
+                               drawing->size, drawing->eyes);
+    if (!rasters) return rasters.error();
     const auto path = outputs->stage(fmt::format("frame_{}.png", k));
     if (!path) return path.error();
-    const Status written = write_pictures(*path, *eyes, **viewer, snapshot, command.view.slices);
+    const Status written = write_side_by_side(path->string(), *rasters);
     if (!written) return outputs->in_place(written.error());
   }
   console.end_progress();
   if (const Status done = outputs->publish(); !done) return done;
-  console.say(fmt::format("Wrote     {}: {} for two eyes", command.headless.string(),
-                          frames == 1 ? "a picture" : fmt::format("{} pictures", frames)));
+  console.say(fmt::format("Wrote     {}: {}{}", command.headless.string(),
+                          frames == 1 ? "a picture" : fmt::format("{} pictures", frames),
+                          drawing->eyes == 2 ? " for two eyes" : ""));
   return Nothing{};
 }
 
-int run(FeelCommand command, double frame) {
+/// All volumes at this time of the sequence, s; what does not repeat stays at its last frame.
+SceneSnapshot snapshot_at_time(const LoadedScene& scene, double time_s) {
+  SceneSnapshot snapshot = snapshot_at(scene, 0.0);
+  for (int v = 0; v < snapshot.volume_count; ++v) {
+    const FrameTimes& times = scene.data[size_t(v)]->times;
+    snapshot.volumes[size_t(v)].time_s =
+        times.cyclic() ? std::fmod(time_s, times.cycle_s) : std::min(time_s, times.length_s());
+  }
+  return snapshot;
+}
+
+/// How a film runs through time and around the scene.
+struct FilmCourse {
+  double length_s = 0.0;
+  double turn_deg = 0.0;  ///< over the whole film
+};
+
+/// Whole cycles, three seconds at least; a sequence that does not repeat once; what stands still
+/// once around.
+FilmCourse course_of(const LoadedScene& scene, const FilmChoices& choices) {
+  constexpr double kLeast_s = 3.0, kAround_s = 8.0;
+  double once_s = 0.0;
+  bool repeats = false;
+  for (const auto& volume : scene.data) {
+    if (volume->is_still()) continue;
+    once_s = std::max(once_s, volume->times.length_s());
+    repeats |= volume->times.cyclic();
+  }
+  FilmCourse course{once_s, choices.turn_deg.value_or(once_s > 0.0 ? 0.0 : 360.0)};
+  if (once_s == 0.0) course.length_s = kAround_s;
+  if (repeats) course.length_s = once_s * std::ceil(std::max(1.0, kLeast_s / once_s - 1e-9));
+  if (choices.seconds > 0.0) course.length_s = choices.seconds;
+  return course;
+}
+
+Status draw_film(FeelCommand command, const FilmChoices& choices, Console& console,
+                 std::stop_token stop) {
+  if (const Status named = FilmFile::check_name(choices.file); !named) return named;
+  if (command.view.background == ViewGround::kNone) command.view.background = ViewGround::kDark;
+  auto scene = shown_scene(command, console);
+  if (!scene) return scene.error();
+  const FilmCourse course = course_of(*scene, choices);
+  const int pictures = std::max(1, int(std::lround(course.length_s * kFilmRate)));
+  auto outputs = Outputs::into(choices.file.has_parent_path() ? choices.file.parent_path() : ".");
+  if (!outputs) return outputs.error();
+  auto drawing = open_drawing(command, std::move(*scene), false);
+  if (!drawing) return drawing.error();
+  const auto path = outputs->stage(choices.file.filename().string());
+  if (!path) return path.error();
+  std::optional<FilmFile> film;
+  ViewChoices view = command.view;
+  const double first_deg = view.from.azimuth_deg.value_or(kUsualAzimuth_deg);
+  for (int k = 0; k < pictures; ++k) {
+    if (stop.stop_requested()) return Error{ErrorKind::kCancelled, "Stopped: nothing was written"};
+    console.progress(double(k) / pictures, "drawing");
+    if (course.turn_deg != 0.0) view.from.azimuth_deg = first_deg + course.turn_deg * k / pictures;
+    drawing->viewer->choose(view);
+    const auto rasters =
+        drawn(*drawing->viewer, snapshot_at_time(drawing->scene, double(k) / kFilmRate),
+              drawing->size, drawing->eyes);
+    if (!rasters) return rasters.error();
+    const charts::Bitmap picture = side_by_side(*rasters);
+    if (!film) {
+      auto started = FilmFile::start(*path, picture.width, picture.height, kFilmRate);
+      if (!started) return started.error();
+      film.emplace(std::move(*started));
+    }
+    if (const Status added = film->add(picture); !added) return outputs->in_place(added.error());
+  }
+  console.end_progress();
+  if (const Status done = film->finish(); !done) return outputs->in_place(done.error());
+  if (const Status done = outputs->publish(); !done) return done;
+  console.say(fmt::format("Wrote     {}: {:.1f} s, {} pictures a second", choices.file.string(),
+                          double(pictures) / kFilmRate, kFilmRate));
+  return Nothing{};
+}
+
+int run(FeelCommand command, double frame, FilmChoices film) {
   command.request.shown_only = true;
   command.view.hand = false;
   command.request.sequence.wall = loading::FeltWall::kNotFelt;
-  if (command.picture.empty() && command.headless.empty()) {
+  if (command.picture.empty() && command.headless.empty() && film.file.empty()) {
     command.request.motion = false;
     return run_feel(command);
   }
   Console console(command.quiet, false);
   const CancelOnSignal cancel;
   if (const Status look = check_look(command.view.look); !look) return fail(console, look.error());
-  const Status drawn = draw(command, frame, console, cancel.token());
-  return drawn ? kExitOk : fail(console, drawn.error());
+  film.seconds = command.seconds;
+  Status done = Nothing{};
+  if (!command.picture.empty()) done = draw_picture(command, frame, console);
+  if (done && !command.headless.empty()) done = draw_frames(command, console, cancel.token());
+  if (done && !film.file.empty()) done = draw_film(command, film, console, cancel.token());
+  return done ? kExitOk : fail(console, done.error());
 }
 
 }  // namespace
@@ -141,6 +256,7 @@ int run(FeelCommand command, double frame) {
 Command add_view(CLI::App& program) {
   auto command = std::make_shared<FeelCommand>();
   auto frame = std::make_shared<double>(0.0);
+  auto film = std::make_shared<FilmChoices>();
   command->picture_size = 768;
   CLI::App* app = program.add_subcommand(
       "view", "Look at volumes, sequences or fields, without forces: window, headset or pictures");
@@ -158,8 +274,17 @@ Command add_view(CLI::App& program) {
   app->add_option("--headless", command->headless,
                   "Write every frame as a picture for two eyes into this folder; needs no display")
       ->type_name("DIR");
+  app->add_option("--film", film->file,
+                  "Write a film (.webm, .mp4 or .gif) of whole cycles; of what stands still, once "
+                  "around it. Needs no display, but the program ffmpeg")
+      ->type_name("FILE");
+  app->add_option("--turn", film->turn_deg,
+                  "How far --film goes around the scene, degrees; 360: once, starting anew at its "
+                  "end")
+      ->check(number_in({-3600.0, 3600.0, false, "degrees"}));
   add_seeing(*app, *command);
-  app->add_option("--seconds", command->seconds, "Window or headset: end after this time")
+  app->add_option("--seconds", command->seconds,
+                  "Window or headset: end after this time; a film: its length")
       ->check(number_in(files::kRunTimes_s));
   add_session_options(
       *app, command->request,
@@ -168,9 +293,9 @@ Command add_view(CLI::App& program) {
   add_gpu_option(*app, command->gpu);
   app->add_flag("--quiet", command->quiet, "Print errors only");
   return {app,
-          [command, frame] { return run(*command, *frame); },
+          [command, frame, film] { return run(*command, *frame, *film); },
           input_options(*app, {"input"}),
-          {"--picture", "--headless"},
+          {"--picture", "--headless", "--film"},
           {}};
 }
 

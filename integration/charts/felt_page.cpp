@@ -11,8 +11,8 @@ constexpr int kColumns = 2;
 
 void draw_view(Canvas& canvas, const StereoView& view, glm::dvec2 at) {
   const double width = view.left.width;
-  canvas.draw_raster(view.right, at, 6.0);
-  canvas.draw_raster(view.left, {at.x + width + 4, at.y}, 6.0);
+  canvas.draw_raster(view.left, at, 6.0);
+  canvas.draw_raster(view.right, {at.x + width + 4, at.y}, 6.0);
   const double y = at.y + view.left.height + 22;
   canvas.draw_text(view.label, {at.x, y}, {.size_px = 16, .bold = true, .color = kDark});
   canvas.draw_text(view.sublabel, {at.x + 2 * width + 4, y},

@@ -63,29 +63,44 @@ void DesktopLoop::begin(Session& session, PositionSource* mouse) {
         driven(felt->volumes[v].spec.drive, felt->volumes[v].spec.transform, 0.0);
   glm::dvec3 centre;
   picture.bounds(start, centre, ball_m_);
-  camera_ = first_camera_ = camera_before(centre, ball_m_);
+  first_camera_ = camera_before(centre, ball_m_);
+  if (view_.from.azimuth_deg) first_camera_.azimuth = glm::radians(*view_.from.azimuth_deg);
+  if (view_.from.elevation_deg)
+    first_camera_.elevation =
+        std::clamp(glm::radians(*view_.from.elevation_deg), -kSteepest, kSteepest);
+  camera_ = first_camera_ = zoom(first_camera_, 1.0 / view_.from.zoom);
   if (mouse_) {
     const Eye from = eye();
     const glm::dvec3 towards = glm::normalize(from.position_m - centre);
     pointing_ = Pointing(centre + ball_m_ * towards);
   }
   window_->poll();  // what was done while nothing could be seen is not meant for the scene
-  live_ = std::make_unique<LivePicture>(session, gpu_);
+  live_ = std::make_unique<LivePicture>(
+      session, gpu_, view_.stereo.value_or(Stereo::kMono) == Stereo::kMono ? 1 : 2);
   slices_ = std::make_unique<LiveSlices>(session);
 }
 
 Eye DesktopLoop::eye() const {
-  const PictureSize size = window_->size_px();
+  const PictureSize size = eye_size();
   return eye_of(camera_, size.height > 0 ? size : PictureSize{kWidth, kHeight});
+}
+
+PictureSize DesktopLoop::eye_size() const {
+  PictureSize size = window_->size_px();
+  if (is_side_by_side(view_.stereo.value_or(Stereo::kMono))) size.width /= 2;
+  return size;
 }
 
 void DesktopLoop::frame(const TickOutput& tick, const std::string& note) {
   const auto start = std::chrono::steady_clock::now();
-  const Input input = window_->poll();
+  Input input = window_->poll();
+  // Side by side, each half of the window is the whole picture of an eye.
+  if (is_side_by_side(view_.stereo.value_or(Stereo::kMono)))
+    input.cursor.x = 2.0 * input.cursor.x + (input.cursor.x < 0.0 ? 1.0 : -1.0);
   for (const KeyPress& one : input.keys) press(one, input);
   steer(input);
   if (mouse_) move_probe(input);
-  live_->want({eye(), window_->size_px(), view_});
+  live_->want({eye(), eye_size(), camera_.distance_m, view_});
   ForceTap::Sample sample;
   while (tap_.take(sample)) plot_.add(1e-9 * double(sample.now_ns), sample.force_n);
   if (auto newest = live_->newest()) shown_ = std::move(newest);

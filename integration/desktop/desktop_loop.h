@@ -55,6 +55,8 @@ class DesktopLoop {
   /// Asks for slices and draws the newest as a panel of this height, px; none: an empty one.
   void draw_panel(int height_px);
   Eye eye() const;
+  /// Of one eye's picture, px.
+  PictureSize eye_size() const;
 
   std::unique_ptr<Window> window_;
   std::string scene_name_;

@@ -22,13 +22,13 @@ PictureSize within(PictureSize size, PictureSize most) {
 
 }  // namespace
 
-LivePicture::LivePicture(Session& session, const vulkan::ContextOptions& gpu)
+LivePicture::LivePicture(Session& session, const vulkan::ContextOptions& gpu, int eyes)
     : session_(session),
       resolution_{.scale = kAtFirst},
       thread_(session,
               {.gpu = gpu,
                .choices = {},
-               .renderer = {.most = kMost, .most_eyes = 1},
+               .renderer = {.most = kMost, .most_eyes = eyes},
                .reader = SnapshotReader::kWindow},
               [this](Viewer& viewer, const SceneSnapshot& snapshot, bool) {
                 return draw(viewer, snapshot);
@@ -58,10 +58,16 @@ Result<std::chrono::milliseconds> LivePicture::draw(Viewer& viewer, const SceneS
   const int64_t seen_ns =
       snapshot.now_ns + int64_t(1e9 * resolution_.full_s * resolution_.scale * resolution_.scale);
   const auto drawing = Clock::now();
-  auto pictures = viewer.take(snapshot, seen_ns, {&wanted.eye, 1}, size);
+  const Stereo stereo = wanted.choices.stereo.value_or(Stereo::kMono);
+  std::array<Eye, 2> eyes{wanted.eye, wanted.eye};
+  if (stereo != Stereo::kMono) eyes = eyes_of_head(wanted.eye, wanted.distance_m);
+  auto pictures =
+      viewer.take(snapshot, seen_ns, {eyes.data(), stereo == Stereo::kMono ? 1U : 2U}, size);
   if (!pictures) return pictures.error();
   auto frame = std::make_shared<LiveFrame>();
-  frame->picture = std::move(pictures->front());
+  frame->picture = stereo == Stereo::kMono
+                       ? std::move(pictures->front())
+                       : joined({std::move((*pictures)[0]), std::move((*pictures)[1])}, stereo);
   frame->eye = wanted.eye;
   frame->snapshot = snapshot;
   frame->picture_s = std::chrono::duration<double>(Clock::now() - drawing).count();

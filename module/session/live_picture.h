@@ -12,14 +12,15 @@ namespace palpate {
 /// The next picture to draw.
 struct WantedPicture {
   Eye eye;
-  PictureSize size;  ///< of the window; drawn smaller if drawing would take too long
+  PictureSize size;         ///< of an eye; drawn smaller if drawing would take too long
+  double distance_m = 0.5;  ///< of what the eye looks at: for two eyes
   ViewChoices choices;
 };
 
 /// A picture, and what it shows.
 struct LiveFrame {
-  Picture picture;
-  Eye eye;
+  Picture picture;  ///< of both eyes where two are asked for
+  Eye eye;          ///< between both
   SceneSnapshot snapshot;
   double picture_s = 0.0;  ///< time for drawing and reading back
 };
@@ -29,8 +30,9 @@ struct LiveFrame {
 class LivePicture {
  public:
   /// Starts at once and opens its own device; draws from the first want() on. `session` is
-  /// borrowed; no other object may read its snapshots as SnapshotReader::kWindow.
-  LivePicture(Session& session, const vulkan::ContextOptions& gpu);
+  /// borrowed; no other object may read its snapshots as SnapshotReader::kWindow. eyes: 2 where
+  /// choices of stereo other than kMono will be asked for.
+  LivePicture(Session& session, const vulkan::ContextOptions& gpu, int eyes = 1);
 
   /// Takes effect with the next picture. Any thread.
   void want(const WantedPicture& wanted);

@@ -13,6 +13,8 @@ constexpr glm::dvec3 kPen{0.80, 0.83, 0.88}, kProxy{0.30, 0.78, 0.98}, kArrow{1.
 // Colours of a fingertip in contact: different from flesh and bone, also for colour-blind people.
 constexpr glm::dvec3 kTouch{0.25, 0.95, 1.0}, kPressed{0.10, 0.25, 1.0};
 constexpr glm::dvec3 kBoxColour{0.42, 0.46, 0.54};
+constexpr glm::dvec3 kLetters{0.80, 0.83, 0.88}, kLettersOnLight{0.16, 0.19, 0.25};
+constexpr glm::dvec3 kLightTop{0.95, 0.96, 0.97}, kLightBottom{0.84, 0.86, 0.89};  // sRGB
 constexpr double kHeightAngle = 0.55;  // vertical angle of view, rad
 constexpr double kArrow_m_per_n = 0.008;
 constexpr double kTube = 0.0006;              // m, radius if radius_m is 10 cm
@@ -294,7 +296,8 @@ void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, dou
     const Transform& place = scene.volumes[v].world_from_volume;
     add_box(scene.things, place, frame.low_m(), frame.high_m(), 0.0004 * size, kBoxColour);
     if (has_patient(v))
-      add_letters(scene.things, place, frame.low_m(), frame.high_m(), eye, 0.010 * size, kPen);
+      add_letters(scene.things, place, frame.low_m(), frame.high_m(), eye, 0.010 * size,
+                  choices_.background == ViewGround::kLight ? kLettersOnLight : kLetters);
   }
 }
 
@@ -376,6 +379,12 @@ ViewScene ScenePicture::at(const SceneSnapshot& snapshot, int64_t display_ns, co
     volume.segment_opacity = spec(v).appearance.segments ? spec(v).appearance.segment_opacity : 0.0;
     scene.volumes.push_back(volume);
   }
+  if (choices_.background == ViewGround::kLight) {
+    scene.background_top = kLightTop;
+    scene.background_bottom = kLightBottom;
+  } else if (choices_.background == ViewGround::kNone) {
+    scene.background_top = scene.background_bottom = glm::dvec3(0.0);
+  }
   glm::dvec3 centre;
   double radius_m = 0.0;
   bounds(snapshot, centre, radius_m);
@@ -397,10 +406,18 @@ ClipPlane cut_before(const Eye& eye, glm::dvec3 touched_m, glm::dvec3 centre_m, 
   return {away, glm::dot(away, centre_m) - before_m};
 }
 
-Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size) {
+Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size, const SeenFrom& from) {
   constexpr double kFilled = 0.93;  // share of the picture: letters stand around the box
   const glm::dvec3 centre = 0.5 * (low_m + high_m), half = 0.5 * (high_m - low_m);
-  const glm::dvec3 direction = glm::normalize(glm::dvec3(0.42, 0.30, 1.0));
+  glm::dvec3 direction = glm::normalize(glm::dvec3(0.42, 0.30, 1.0));
+  if (from.azimuth_deg || from.elevation_deg) {
+    const double azimuth =
+        from.azimuth_deg ? glm::radians(*from.azimuth_deg) : std::atan2(direction.x, direction.z);
+    const double elevation =
+        from.elevation_deg ? glm::radians(*from.elevation_deg) : std::asin(direction.y);
+    direction = {std::cos(elevation) * std::sin(azimuth), std::sin(elevation),
+                 std::cos(elevation) * std::cos(azimuth)};
+  }
   const Eye unit = eye_at(centre + direction, centre, kHeightAngle, size);
   // Far enough for every corner to be within both angles of view.
   double distance = 1e-6;
@@ -411,12 +428,20 @@ Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size) {
                                    std::abs(corner.y) / (kFilled * unit.tan_up));
     distance = std::max(distance, needed + corner.z);
   }
-  return eye_at(centre + distance * direction, centre, kHeightAngle, size);
+  // Closer, the picture would be distorted: the angles become smaller.
+  Eye eye = eye_at(centre + distance * direction, centre, kHeightAngle, size);
+  for (double* side : {&eye.tan_left, &eye.tan_right, &eye.tan_down, &eye.tan_up})
+    *side /= from.zoom;
+  return eye;
 }
 
-std::array<Eye, 2> eyes_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size) {
-  const Eye middle = eye_before(low_m, high_m, size);
-  const double distance = glm::distance(middle.position_m, 0.5 * (low_m + high_m));
+std::array<Eye, 2> eyes_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size,
+                               const SeenFrom& from) {
+  const Eye middle = eye_before(low_m, high_m, size, from);
+  return eyes_of_head(middle, glm::distance(middle.position_m, 0.5 * (low_m + high_m)));
+}
+
+std::array<Eye, 2> eyes_of_head(const Eye& middle, double distance) {
   std::array<Eye, 2> eyes;
   // The distance of the eyes is in proportion to the distance of the scene, as for a person who
   // sees something at half a metre.

@@ -10,11 +10,24 @@
 #include "module/haptics/scene/scene_snapshot.h"
 #include "module/session/hand_tubes.h"
 #include "module/session/slices.h"
+#include "module/view/stereo.h"
 #include "module/view/stream_lines.h"
 #include "module/view/view_scene.h"
 #include "module/view/volume_renderer.h"
 
 namespace palpate {
+
+/// What is behind a picture's volumes. kNone: nothing, so that pictures in files are transparent
+/// there; where that is not possible it is kDark.
+enum class ViewGround : uint8_t { kDark, kLight, kNone };
+
+/// Where a picture is seen from; not set: a little from the right and above.
+struct SeenFrom {
+  std::optional<double> azimuth_deg;    ///< 0: the patient's front; 90: the patient's left
+  std::optional<double> elevation_deg;  ///< above the horizon, -89 to 89
+  double zoom = 1.0;                    ///< 2: twice as large
+  bool operator==(const SeenFrom&) const = default;
+};
 
 /// What a viewer can change.
 struct ViewChoices {
@@ -35,6 +48,11 @@ struct ViewChoices {
   /// surface.
   bool fingertip = false;
   double full_force_n = 4.0;
+  ViewGround background = ViewGround::kDark;
+  SeenFrom from;
+  /// How two eyes are put together; not set: one eye in a window, both side by side in files for
+  /// two eyes. Not for headsets.
+  std::optional<Stereo> stereo;
   bool operator==(const ViewChoices&) const = default;
 };
 
@@ -46,6 +64,7 @@ class ScenePicture {
 
   /// Takes effect with the next update(); another look does, too.
   void choose(const ViewChoices& choices);
+  const ViewChoices& choices() const { return choices_; }
   /// Takes the present scene. True if the renderer must be given volumes() again.
   bool update(std::shared_ptr<const Scene> felt);
   /// The stream tubes that the user has released, from the next at() on; may be null.
@@ -105,10 +124,13 @@ Status check_look(const std::string& name);
 /// nothing.
 ClipPlane cut_before(const Eye& eye, glm::dvec3 touched_m, glm::dvec3 centre_m, double radius_m);
 
-/// An eye in front of a box (world, m), a little to the right and above, from which all of it is
-/// just visible.
-Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size);
-/// The two eyes of a head at that place.
-std::array<Eye, 2> eyes_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size);
+/// An eye in front of a box (world, m) from which, without zoom, all of it is just visible.
+Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size, const SeenFrom& from = {});
+/// The two eyes of a head in the place of this eye, which looks at something at this distance: both
+/// frame the same there.
+std::array<Eye, 2> eyes_of_head(const Eye& middle, double distance_m);
+/// The two eyes of a head in the place of eye_before().
+std::array<Eye, 2> eyes_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size,
+                               const SeenFrom& from = {});
 
 }  // namespace palpate

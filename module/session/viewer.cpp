@@ -64,8 +64,9 @@ Result<std::vector<Picture>> Viewer::take_all(const SceneSnapshot& snapshot, Pic
                                               int eyes) {
   glm::dvec3 low, high;
   picture_.box(snapshot, low, high);
-  std::array<Eye, 2> before = eyes_before(low, high, size);
-  if (eyes == 1) before[0] = eye_before(low, high, size);
+  const SeenFrom& from = picture_.choices().from;
+  std::array<Eye, 2> before = eyes_before(low, high, size, from);
+  if (eyes == 1) before[0] = eye_before(low, high, size, from);
   return take(snapshot, snapshot.now_ns, {before.data(), size_t(eyes)}, size);
 }
 

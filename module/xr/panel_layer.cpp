@@ -1,7 +1,5 @@
 #include "module/xr/panel_layer.h"
 
-#include <algorithm>
-#include <cmath>
 #include <glm/gtc/packing.hpp>
 
 #include "compute/vulkan/tried.h"
@@ -9,31 +7,22 @@
 namespace palpate::xr {
 namespace {
 
-float linear_of(uint32_t encoded) {
-  const double value = double(encoded) / 255.0;
-  return float(value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4));
-}
-
 /// Writes opaque pixels, R in the lowest byte and sRGB, in the bytes of a format of
 /// colour_format(): what is not _SRGB takes linear values.
 void write_as(VkFormat format, const std::vector<uint32_t>& colours, std::span<uint32_t> words) {
   const bool blue_first = format == VK_FORMAT_B8G8R8A8_SRGB || format == VK_FORMAT_B8G8R8A8_UNORM;
   const bool encoded = format == VK_FORMAT_R8G8B8A8_SRGB || format == VK_FORMAT_B8G8R8A8_SRGB;
   const bool halves = format == VK_FORMAT_R16G16B16A16_SFLOAT;
-  std::array<float, 256> linear{};
-  for (uint32_t i = 0; i < linear.size(); ++i) linear[i] = linear_of(i);
   for (size_t i = 0; i < colours.size(); ++i) {
-    std::array<uint32_t, 3> c{};
-    for (uint32_t k = 0; k < 3; ++k) c[k] = colours[i] >> 8 * k & 255U;
+    const glm::vec3 light = encoded ? glm::vec3(0.0F) : light_of(colours[i]);
     if (halves) {
-      words[2 * i] = glm::packHalf2x16({linear[c[0]], linear[c[1]]});
-      words[2 * i + 1] = glm::packHalf2x16({linear[c[2]], 1.0F});
+      words[2 * i] = glm::packHalf2x16({light.r, light.g});
+      words[2 * i + 1] = glm::packHalf2x16({light.b, 1.0F});
       continue;
     }
-    if (!encoded)
-      for (uint32_t& value : c) value = uint32_t(std::lround(255.0F * linear[value]));
-    if (blue_first) std::swap(c[0], c[2]);
-    words[i] = 0xff000000U | c[2] << 16 | c[1] << 8 | c[0];
+    const uint32_t c = encoded ? colours[i] : glm::packUnorm4x8({light, 1.0F});
+    const uint32_t red = c & 0xffU, blue = c >> 16 & 0xffU;
+    words[i] = blue_first ? 0xff000000U | red << 16 | (c & 0xff00U) | blue : c | 0xff000000U;
   }
 }
 

@@ -205,6 +205,7 @@ struct Nonsense {
 
 TEST(CommandLine, EveryNumberHasARangeAndTheSentenceSaysIt) {
   const std::vector<std::string> feel = {"feel", "heart"};
+  const std::vector<std::string> view = {"view", "heart"};
   const std::vector<std::string> motion = {"motion", "a.mha", "b.mha", "-o", "u.mha"};
   const std::vector<std::string> phantom = {"phantom", "heart", "-o", "h.seq.nrrd"};
   const std::vector<std::string> calibrate = {"calibrate", "-o", "room.json"};
@@ -224,6 +225,10 @@ TEST(CommandLine, EveryNumberHasARangeAndTheSentenceSaysIt) {
       {feel, "--watchdog", {"0", "-1", "nan"}, "from 1 to 1000"},
       {feel, "--scale", {"0", "-1", "nan", "fitting"}, "'fit' or a number from 0.0001 to 10000"},
       {feel, "--picture-size", {"0", "-1", "1e9", "100.5"}, "from 64 to 2048"},
+      {feel, "--azimuth", {"-361", "nan", "left"}, "from -360 to 360"},
+      {feel, "--elevation", {"-90", "90", "nan"}, "from -85 to 85"},
+      {feel, "--zoom", {"0", "-1", "nan", "21"}, "from 0.1 to 20"},
+      {view, "--turn", {"nan", "inf", "1e9"}, "from -3600 to 3600"},
       {feel, "--core", {"9999", "-1", "one"}, "cores for palpate: give one of 0"},
       {motion, "--iterations", {"0", "-1", "1.5"}, "from 1 to 10000"},
       {motion, "--levels", {"0", "-1", "13"}, "from 1 to 12"},

@@ -116,6 +116,7 @@ std::map<std::string, std::vector<std::vector<std::string>>> rows(const InputFol
   all["view --picture"] = {{"view", seq, "--picture", seq},
                            {"view", scene, "--picture", seq},
                            {"view", a, b, "--picture", b}};
+  all["view --film"] = {{"view", seq, "--film", seq}};
   all["view --headless"] = {{"view", frames, "--headless", frames},
                             {"view", seq, "--fields", frames, "--headless", frames}};
   // Options of palpate-lab, which `palpate chart` starts.

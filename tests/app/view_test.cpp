@@ -142,6 +142,105 @@ TEST(View, HasSlicesBesideThePictureUnlessTheyAreNotWanted) {
   EXPECT_GT(bright, 300);
 }
 
+TEST(EyeBefore, LooksFromWhereItIsAsked) {
+  const glm::dvec3 low(-0.1), high(0.1);
+  const auto direction = [&](const SeenFrom& from) {
+    return glm::normalize(eye_before(low, high, {100, 100}, from).position_m);
+  };
+  EXPECT_LT(glm::distance(direction({0.0, 0.0, 1.0}), {0.0, 0.0, 1.0}), 1e-12) << "the front";
+  EXPECT_LT(glm::distance(direction({90.0, 0.0, 1.0}), {1.0, 0.0, 0.0}), 1e-12) << "the left";
+  EXPECT_NEAR(direction({{}, 60.0, 1.0}).y, std::sin(glm::radians(60.0)), 1e-12);
+  const Eye near = eye_before(low, high, {100, 100}, {{}, {}, 2.0});
+  const Eye far = eye_before(low, high, {100, 100});
+  EXPECT_EQ(near.position_m, far.position_m);
+  EXPECT_NEAR(near.tan_right, 0.5 * far.tan_right, 1e-12);
+}
+
+TEST(View, IsTransparentOrLightBehindTheVolume) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const std::string heart = written(small_heart(2), folder / "heart.seq.nrrd");
+  const auto alpha = [](const ReadPicture& picture, int x, int y) {
+    return picture.pixels[size_t(y) * size_t(picture.width) + size_t(x)] >> 24;
+  };
+  const ReadPicture dark = picture_of({heart, "--no-box"}, folder, "dark.png");
+  const ReadPicture none =
+      picture_of({heart, "--no-box", "--background", "none"}, folder, "none.png");
+  const ReadPicture light =
+      picture_of({heart, "--no-box", "--background", "light"}, folder, "light.png");
+  ASSERT_EQ(none.width, 192);
+  EXPECT_EQ(alpha(none, 2, 2), 0u);
+  EXPECT_EQ(alpha(dark, 2, 2), 255u);
+  EXPECT_GT(light.rgb(2, 2).g, 200);
+  int opaque = 0;
+  for (int y = 0; y < none.height; ++y)
+    for (int x = 0; x < none.width; ++x)
+      // Rays end before they are quite covered: the rest of the ground, a few steps of 255.
+      if (alpha(none, x, y) >= 245) {
+        ++opaque;
+        for (int c = 0; c < 3; ++c)
+          ASSERT_NEAR(none.rgb(x, y)[c], light.rgb(x, y)[c], 20) << x << ", " << y;
+      }
+  EXPECT_GT(opaque, 500);
+}
+
+TEST(View, PutsTheEyesTogetherAsAsked) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const std::string heart = written(small_heart(2), folder / "heart.seq.nrrd");
+  const auto drawn = [&](const std::string& how) {
+    return picture_of({heart, "--stereo", how}, folder, how + ".png");
+  };
+  const ReadPicture parallel = drawn("parallel"), crossed = drawn("crossed");
+  ASSERT_EQ(parallel.width, 2 * 192);
+  ASSERT_EQ(crossed.width, 2 * 192);
+  int differs = 0;
+  for (int y = 0; y < 192; ++y)
+    for (int x = 0; x < 192; ++x) {
+      ASSERT_EQ(parallel.rgb(x, y), crossed.rgb(x + 192, y));
+      ASSERT_EQ(parallel.rgb(x + 192, y), crossed.rgb(x, y));
+      differs += parallel.rgb(x, y) != parallel.rgb(x + 192, y);
+    }
+  EXPECT_GT(differs, 1000);
+  EXPECT_EQ(drawn("anaglyph").width, 192);
+  EXPECT_EQ(drawn("mono").width, 192);
+}
+
+TEST(View, WritesAFilm) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const std::string heart = written(small_heart(2), folder / "heart.seq.nrrd");
+  const std::vector<std::string> view = {"view", heart, "--picture-size", "64", "--seconds", "0.2"};
+  const auto film = [&](const std::string& name) {
+    std::vector<std::string> words = view;
+    words.insert(words.end(), {"--film", folder / name});
+    return run(words);
+  };
+  EXPECT_THAT(film("beat.avi").err, HasSubstr("it ends in .webm, .mp4 or .gif"));
+  // Without ffmpeg: its name is looked up on PATH.
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", folder.path().c_str(), 1);
+  const Outcome lacks = film("beat.gif");
+  setenv("PATH", path.c_str(), 1);
+  EXPECT_THAT(lacks.err, HasSubstr("install the package ffmpeg"));
+  EXPECT_FALSE(fs::exists(folder / "beat.gif"));
+  if (std::system("ffmpeg -version > /dev/null 2>&1") != 0) GTEST_SKIP() << "ffmpeg is missing";
+  const Outcome outcome = film("beat.gif");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("0.2 s, 25 pictures a second"));
+  std::ifstream stream(folder / "beat.gif", std::ios::binary);
+  std::string bytes((std::istreambuf_iterator<char>(stream)), {});
+  ASSERT_GT(bytes.size(), 1000u);
+  EXPECT_EQ(bytes.substr(0, 6), "GIF89a");
+  EXPECT_EQ(uint8_t(bytes[6]) + 256 * uint8_t(bytes[7]), 64) << "width";
+  // One control extension for each picture.
+  size_t pictures = 0;
+  for (size_t at = bytes.find("\x21\xf9\x04"); at != std::string::npos;
+       at = bytes.find("\x21\xf9\x04", at + 1))
+    ++pictures;
+  EXPECT_EQ(pictures, 5u);
+}
+
 TEST(View, CutsTheBreathingChestOpen) {
   NEEDS_DEVICE();
   const fs::path lung = fs::path(PALPATE_SHARED_DATA) / "lung" / "breathing.seq.nrrd";
@@ -163,7 +262,7 @@ TEST(View, WritesEveryFrameOfASequenceForTwoEyes) {
   for (int k = 0; k < 3; ++k) {
     const ReadPicture picture = read_png(folder / ("pictures/frame_" + std::to_string(k) + ".png"));
     EXPECT_EQ(picture.width, 256) << k;
-    EXPECT_EQ(picture.height, 128) << k;
+    EXPECT_EQ(picture.height, 128 + 26) << k << ": a line below names the eyes";
   }
   EXPECT_FALSE(fs::exists(folder / "pictures/frame_3.png"));
 }
