@@ -88,7 +88,7 @@ Result<LoadedScene> shown_scene(const FeelCommand& command, Console& console) {
 }
 
 /// What is drawn without a display.
-struct Drawing {
+struct DrawnScene {
   LoadedScene scene;
   std::unique_ptr<Viewer> viewer;
   PictureSize size;
@@ -96,7 +96,7 @@ struct Drawing {
 };
 
 /// Opens the device; what else can fail comes before, because it takes a second.
-Result<Drawing> open_drawing(const FeelCommand& command, LoadedScene scene, bool pairs) {
+Result<DrawnScene> open_drawing(const FeelCommand& command, LoadedScene scene, bool pairs) {
   const auto assembled = plan(scene.spec, scene.data, scene.kinds);
   if (!assembled) return assembled.error();
   const PictureSize size{command.picture_size, command.picture_size};
@@ -107,7 +107,7 @@ Result<Drawing> open_drawing(const FeelCommand& command, LoadedScene scene, bool
   if (!viewer) return viewer.error();
   if (const Status set = (*viewer)->update(*assembled); !set) return set.error();
   if (const Status shows = (*viewer)->picture().shows_something(); !shows) return shows.error();
-  return Drawing{std::move(scene), std::move(*viewer), size, eyes};
+  return DrawnScene{std::move(scene), std::move(*viewer), size, eyes};
 }
 
 /// Writes one picture.
