@@ -217,6 +217,20 @@ def test_times_are_read_from_files(tmp_path):
                           palpate.register(frames, times=sequence.times, preset="fast", verdict=False).at(0.4))
 
 
+def test_points_go_where_their_material_goes():
+    fixed, moving = ball(11), ball(11, centre=(1.5, 0.0, 0.0))
+    grid = {"spacing": (1.0, 1.5, 2.0), "origin": (-10.0, 20.0, 300.0), "direction": [[0, 0, 1], [1, 0, 0], [0, 1, 0]]}
+    motion = palpate.register(fixed, moving, preset="fast", verdict=False, **grid)
+    k, j, i = 17, 21, 24
+    # By hand: x is P, y is S, z is L. The middle between two samples along y gets the mean of their vectors.
+    at = (-10.0 + 2.0 * k, 20.0 + 1.0 * i, 300.0 + 1.5 * (j + 0.5))
+    moved = motion.move_points([at])
+    assert moved[0] - at == pytest.approx(0.5 * (motion.field[k, j, i] + motion.field[k, j + 1, i]), abs=1e-5)
+    assert moved[0][1] - at[1] > 0.5
+    with pytest.raises(ValueError, match=r"shape \(n, 3\)"):
+        motion.move_points(at)
+
+
 def test_determinants_are_the_change_of_volume():
     fixed, moving = ball(11), ball(9.9)
     grid = {"spacing": (1.0, 1.5, 2.0), "direction": [[0, 0, 1], [1, 0, 0], [0, 1, 0]]}

@@ -520,6 +520,17 @@ class Motion:
         reasons = self._summary["reasons"]
         return Verdict(self._summary["trust"], reasons.split("\n") if reasons else [], measured)
 
+    def move_points(self, points_mm, k=0, *, time_s=None):
+        """Where the material at places goes, such as landmarks or the vertices of a mesh: x + u(x), the field linear between samples and clamped to the
+        border. points_mm: (n, 3), LPS mm, in the frame from which the field of step k, or with time_s the one to this time (s), leads. Shape (n, 3)."""
+        from .testing import _at
+
+        points_mm = np.asarray(points_mm, dtype=float)
+        if points_mm.ndim != 2 or points_mm.shape[1] != 3:
+            raise ValueError(f"points have the shape (n, 3), but these have {points_mm.shape}")
+        index = ((points_mm - self.origin) @ self.direction) / self.spacing
+        return points_mm + _at(self.step(k) if time_s is None else self.at(time_s), index)
+
     def determinant(self, k=0, *, time_s=None):
         """The change of volume of the material, det(I + grad u): of step k, or with time_s from the reference frame to this time (s). Below 1 it
         shrinks; at 0 or below the field folds. Central differences, one-sided at the border. Shape (z, y, x), float32."""
