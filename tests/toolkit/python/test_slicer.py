@@ -5,6 +5,7 @@ import importlib
 import sys
 import types
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -185,7 +186,8 @@ def slicer(lib, monkeypatch):
                          ("vtk", all_of_vtk)):
         monkeypatch.setitem(sys.modules, name, module)
     monkeypatch.delitem(sys.modules, "PalpateMotion", raising=False)
-    made.logic = importlib.import_module("PalpateMotion").PalpateMotionLogic()
+    made.module = importlib.import_module("PalpateMotion")
+    made.logic = made.module.PalpateMotionLogic()
     return made
 
 
@@ -234,3 +236,28 @@ def test_what_can_not_be_is_said_and_adds_nothing(slicer):
     slicer.vtkMRMLIGTLConnectorNode = object
     connector = slicer.logic.connect("localhost", 18945)
     assert connector.set == {"TypeClient": ("localhost", 18945), "started": True}
+
+
+def test_the_panel_runs_and_can_be_cancelled(slicer, monkeypatch):
+    """Its widgets are of mock: only what it does with them is tested."""
+    for name in ("qt", "ctk"):
+        monkeypatch.setattr(slicer.module, name, mock.MagicMock())
+    slicer.module.qt.QPushButton.side_effect = slicer.module.qt.QLabel.side_effect = lambda *given: mock.MagicMock()
+    slicer.qMRMLNodeComboBox, slicer.app, slicer.util = mock.MagicMock(), mock.MagicMock(), mock.MagicMock()
+    slicer.util.tryWithErrorDisplay.return_value.__exit__.return_value = False
+    panel = slicer.module.PalpateMotionWidget()
+    monkeypatch.setattr(slicer.module.ScriptedLoadableModuleWidget, "setup", lambda self: None, raising=False)
+    panel.layout = mock.MagicMock()
+    panel.setup()
+    panel._sequence.currentNode.return_value = sequence_of(matrix_of(DIRECTIONS["permuted"]), ("0", "1", "2"))
+    panel._preset.currentText, panel._cyclic.checked, panel._reference.value = "fast", False, -1
+    panel._on_apply()
+    assert panel._verdict.text.startswith("Verdict: ") and len(slicer.mrmlScene.nodes) == 4
+    assert panel._apply.enabled and not panel._cancel.enabled and panel._progress.value == 0
+    # The button is pressed while events are processed.
+    slicer.app.processEvents.side_effect = panel._on_cancel
+    panel._on_apply()
+    assert panel._verdict.text == "Cancelled" and len(slicer.mrmlScene.nodes) == 4
+    panel._wheel.currentPath = "palpate.whl"
+    panel._on_install()
+    slicer.util.pip_install.assert_called_once_with(["palpate.whl"])
