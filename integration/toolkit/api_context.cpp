@@ -91,6 +91,16 @@ Result<Grid> grid_of(const PalGrid& grid) {
                            grid.spacing_mm[1], grid.spacing_mm[2])};
 }
 
+void fill_grid(PalGrid& to, const Grid& from) {
+  const Grid grid = files::as_in_file(from);
+  for (int a = 0; a < 3; ++a) {
+    to.size[a] = uint32_t(grid.size[a]);
+    to.spacing_mm[a] = grid.spacing_mm[a];
+    to.origin_mm[a] = grid.origin_mm[a];
+    for (int row = 0; row < 3; ++row) to.direction[3 * row + a] = grid.direction[a][row];
+  }
+}
+
 Result<Volume> volume_of(const Grid& grid, PalSampleType type, const void* samples) {
   if (!samples) return Error{ErrorKind::kBadInput, "A frame has no samples"};
   Volume volume{grid, std::vector<float>(grid.count())};

@@ -347,16 +347,6 @@ PalMotion* handle_of(std::shared_ptr<MotionContent> content) {
   return reinterpret_cast<PalMotion*>(Handle<MotionContent>::make(std::move(content)));
 }
 
-void fill(PalGrid& to, const Grid& from) {
-  const Grid grid = files::as_in_file(from);
-  for (int a = 0; a < 3; ++a) {
-    to.size[a] = uint32_t(grid.size[a]);
-    to.spacing_mm[a] = grid.spacing_mm[a];
-    to.origin_mm[a] = grid.origin_mm[a];
-    for (int row = 0; row < 3; ++row) to.direction[3 * row + a] = grid.direction[a][row];
-  }
-}
-
 void fill(PalMotionSummary& summary, const MotionContent& motion) {
   summary.frame_count = uint32_t(motion.frames);
   summary.step_count = uint32_t(motion.step_count());
@@ -364,7 +354,7 @@ void fill(PalMotionSummary& summary, const MotionContent& motion) {
   summary.reference_frame = motion.whole ? uint32_t(motion.whole->reference) : 0;
   summary.harmonics = motion.whole ? uint32_t(motion.whole->basis.harmonics) : 0;
   summary.cycle_s = motion.times.cycle_s;
-  fill(summary.grid, motion.grid);
+  fill_grid(summary.grid, motion.grid);
   summary.trust = PAL_TRUST_UNKNOWN;
   summary.trust_word = "";
   if (motion.verdict) {

@@ -207,6 +207,9 @@ Thrown call_host(std::string_view name, const Call& call) noexcept {
 /// Errors: kBadInput, with a sentence, for an invalid grid.
 Result<Grid> grid_of(const PalGrid& grid);
 
+/// The grid as it is in files: the host's samples are in the same order.
+void fill_grid(PalGrid& to, const Grid& from);
+
 /// Converts a frame of the host to a volume. Errors: kBadInput for an unknown type, and for samples
 /// that are not finite.
 Result<Volume> volume_of(const Grid& grid, PalSampleType type, const void* samples);

@@ -4,6 +4,7 @@
    forces, and draws the picture. This header gives all of that as functions on opaque handles:
 
    - PalContext: the device that computes, palpate's own or the host's Vulkan device.
+   - PalSequence: frames from files, in any form that palpate reads.
    - PalEstimator: takes frames and estimates their motion; PalMotion: the motion that it found.
    - PalScene: what there is to feel and see.
    - PalSession: a scene that is felt, in a haptic thread of palpate's or in the host's haptic loop.
@@ -166,6 +167,47 @@ PAL_API PalResult pal_context_open(const PalContextInfo* info, PalContext** cont
 PAL_API PalResult pal_context_close(PalContext** context);
 /* The name of the context's device, "" if it has none; valid until the context is closed. [ANY] */
 PAL_API const char* pal_context_device(const PalContext* context);
+
+/* ---- frames from files ----
+
+   The frames of a sequence in any form that palpate reads, for a program that estimates or shows
+   them itself. A scene reads its files on its own. */
+
+typedef struct PalSequence PalSequence;
+
+typedef struct PalSequenceInfo {
+  uint32_t size; /* sizeof(PalSequenceInfo) */
+  /* A 4D file, a folder (of DICOM or of 3D files; "FOLDER#4": its DICOM series 4, by number or
+     name), 3D files in order, or DICOM folders with one frame each. */
+  const char* const* paths;
+  uint32_t path_count;
+  const double* nan_as; /* what samples become that are NaN; NULL: they are refused */
+} PalSequenceInfo;
+
+/* Reads the headers of a sequence, whose frames all have one grid; one frame is enough. [ANY] */
+PAL_API PalResult pal_sequence_open(const PalSequenceInfo* info, PalSequence** sequence);
+/* Closes a sequence. [ANY] */
+PAL_API PalResult pal_sequence_close(PalSequence** sequence);
+
+typedef struct PalSequenceSummary {
+  uint32_t size;        /* sizeof(PalSequenceSummary), set before the call */
+  uint32_t frame_count; /* at least 1 */
+  uint32_t has_times;   /* 0: the files do not say when a frame was taken */
+  PalGrid grid;         /* of every frame */
+  /* What a person should know of the files, a sentence per line; valid until the sequence is
+     closed. */
+  const char* notes;
+} PalSequenceSummary;
+
+/* Gives what the headers say. [ANY] */
+PAL_API PalResult pal_sequence_summary(const PalSequence* sequence, PalSequenceSummary* summary);
+
+/* Reads frame `index`: size[0] * size[1] * size[2] floats of the grid, x fastest, rescaled as the
+   file says, and the time at which it was taken, s; without times the index. `samples` or `time_s`
+   may be NULL. Cheapest in rising order. PAL_END after the last frame. One thread at a time reads,
+   others wait. [ANY] */
+PAL_API PalResult pal_sequence_frame(PalSequence* sequence, uint32_t index, float* samples,
+                                     double* time_s);
 
 /* ---- motion ----
 

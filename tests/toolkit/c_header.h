@@ -27,7 +27,7 @@ extern const CStructure kCStructures[];
 /* clang-format off */
 #define C_STRUCTURES(X)                                                                            \
   X(PalGrid) X(PalVulkan) X(PalContextInfo) X(PalEstimatorInfo) X(PalProgress) X(PalMotionSummary) \
-  X(PalFieldInfo) X(PalFrames) X(PalSceneInfo) X(PalVolume) X(PalDeviceInfo) X(PalReading)         \
+  X(PalSequenceInfo) X(PalSequenceSummary) X(PalFieldInfo) X(PalFrames) X(PalSceneInfo) X(PalVolume) X(PalDeviceInfo) X(PalReading)         \
   X(PalDevice) X(PalGrip) X(PalSessionInfo) X(PalTick) X(PalState) X(PalTube) X(PalViewInfo) X(PalEye)        \
   X(PalImages) X(PalReplay) X(PalVolumeState) X(PalModeSpec) X(PalModeSite) X(PalModeKind)
 /* clang-format on */

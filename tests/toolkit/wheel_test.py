@@ -32,7 +32,7 @@ with tempfile.TemporaryDirectory() as folder:
     archive.extractall(tree)
     names = archive.namelist()
     for wanted in ("palpate/__init__.py", "palpate/__init__.pyi", "palpate/__main__.py", "palpate/testing.py", "palpate/py.typed", "palpate/bin/palpate",
-                   "palpate/lib/libpalpate.so.0", "palpate/include/palpate.h"):
+                   "palpate_paraview.py", "palpate/lib/libpalpate.so.0", "palpate/include/palpate.h"):
         assert wanted in names, f"{wanted} is missing"
 
     # The record names every file with its digest.

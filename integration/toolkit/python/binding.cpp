@@ -107,11 +107,61 @@ py::array_t<float> volume_for(const PalGrid& grid) {
       {py::ssize_t(grid.size[2]), py::ssize_t(grid.size[1]), py::ssize_t(grid.size[0])});
 }
 
+/// Spacing, origin and direction.
+py::tuple geometry_of(const PalGrid& grid) {
+  const auto list = [](const double* from, size_t count) {
+    return std::vector<double>(from, from + count);
+  };
+  return py::make_tuple(list(grid.spacing_mm, 3), list(grid.origin_mm, 3), list(grid.direction, 9));
+}
+
+/// (z, y, x)
+py::tuple shape_of(const PalGrid& grid) {
+  return py::make_tuple(grid.size[2], grid.size[1], grid.size[0]);
+}
+
 /// Whether a change was accepted: false for PAL_NOT_YET.
 bool was_taken(PalResult result) {
   check(result);
   return result == PAL_OK;
 }
+
+/// Frames from files.
+class PythonSequence {
+ public:
+  PythonSequence(const std::vector<std::string>& paths, std::optional<double> nan_as) {
+    std::vector<const char*> names;
+    for (const std::string& path : paths) names.push_back(path.c_str());
+    PalSequenceInfo info{};
+    info.size = sizeof info;
+    info.paths = names.data();
+    info.path_count = uint32_t(names.size());
+    info.nan_as = nan_as ? &*nan_as : nullptr;
+    without_lock([&] { return pal_sequence_open(&info, &handle_.handle); });
+    summary_.size = sizeof summary_;
+    check(pal_sequence_summary(handle_.handle, &summary_));
+  }
+  uint32_t count() const { return summary_.frame_count; }
+  py::tuple geometry() const { return geometry_of(summary_.grid); }
+  py::tuple size() const { return shape_of(summary_.grid); }
+  bool has_times() const { return summary_.has_times != 0; }
+  std::string notes() const { return summary_.notes; }
+  double time_s(uint32_t index) const {
+    double time = 0.0;
+    check(pal_sequence_frame(handle_.handle, index, nullptr, &time));
+    return time;
+  }
+  py::array_t<float> frame(uint32_t index) const {
+    py::array_t<float> values = volume_for(summary_.grid);
+    float* const to = values.mutable_data();
+    without_lock([&] { return pal_sequence_frame(handle_.handle, index, to, nullptr); });
+    return values;
+  }
+
+ private:
+  UniqueHandle<PalSequence, pal_sequence_close> handle_;
+  PalSequenceSummary summary_{};
+};
 
 class PythonContext {
  public:
@@ -180,19 +230,9 @@ class PythonMotion {
         [&] { return pal_motion_save(handle_.handle, step ? &info : nullptr, path.c_str()); });
   }
   /// Spacing, origin and direction of the frames.
-  py::tuple geometry() const {
-    const PalGrid& grid = summary_.grid;
-    const auto list = [](const double* from, size_t count) {
-      return std::vector<double>(from, from + count);
-    };
-    return py::make_tuple(list(grid.spacing_mm, 3), list(grid.origin_mm, 3),
-                          list(grid.direction, 9));
-  }
+  py::tuple geometry() const { return geometry_of(summary_.grid); }
   /// The shape of the frames, (z, y, x).
-  py::tuple size() const {
-    const PalGrid& grid = summary_.grid;
-    return py::make_tuple(grid.size[2], grid.size[1], grid.size[0]);
-  }
+  py::tuple size() const { return shape_of(summary_.grid); }
   py::dict summary() const {
     const PalMotionSummary& s = summary_;
     using namespace py::literals;
@@ -671,6 +711,16 @@ PYBIND11_MODULE(_palpate, m) {
       .def("geometry", &PythonMotion::geometry)
       .def("size", &PythonMotion::size)
       .def("summary", &PythonMotion::summary);
+  py::class_<PythonSequence>(m, "Sequence")
+      .def(py::init<const std::vector<std::string>&, std::optional<double>>(), "paths"_a,
+           "nan_as"_a)
+      .def("count", &PythonSequence::count)
+      .def("geometry", &PythonSequence::geometry)
+      .def("size", &PythonSequence::size)
+      .def("has_times", &PythonSequence::has_times)
+      .def("notes", &PythonSequence::notes)
+      .def("time_s", &PythonSequence::time_s, "index"_a)
+      .def("frame", &PythonSequence::frame, "index"_a);
   m.def("estimate", &estimate, "context"_a, "frames"_a, "size"_a, "spacing"_a, "origin"_a,
         "direction"_a, "preset"_a, "times_s"_a, "mask"_a, "flags"_a, "progress"_a);
   m.def("open_motion", &opened_motion, "context"_a, "path"_a);

@@ -69,6 +69,7 @@ def stage(build, modules, root):
         folder.mkdir(parents=True)
     for file in [*SOURCE.glob("palpate/*.py"), *SOURCE.glob("palpate/*.pyi"), SOURCE / "palpate/py.typed"]:
         shutil.copy(file, package)
+    shutil.copy(SOURCE.parent / "paraview/palpate_paraview.py", root)
     shutil.copy(SOURCE.parent / "palpate.h", package / "include")
     program, c_library = package / "bin/palpate", library / "libpalpate.so.0"
     shutil.copy(build / "palpate", program)

@@ -176,6 +176,73 @@ def test_images_of_four_axes_bring_their_times(monkeypatch):
     assert told.at(0.4) == pytest.approx(known.at(0.4), abs=1e-4)
 
 
+def write_frames(folder, frames, lines="TransformMatrix = 0 1 0 0 0 1 1 0 0\nOffset = -10 20 300\nElementSpacing = 1 1.5 2\n"):
+    """A folder of MetaImages: the index axis x points along P, y along S, z along L."""
+    for k, frame in enumerate(frames):
+        size = " ".join(map(str, frame.shape[::-1]))
+        head = f"ObjectType = Image\nNDims = 3\nBinaryData = True\n{lines}DimSize = {size}\nElementType = MET_FLOAT\nElementDataFile = LOCAL\n"
+        (folder / f"frame_{k}.mha").write_bytes(head.encode() + frame.astype("<f4").tobytes())
+
+
+def test_frames_are_read_from_files(tmp_path):
+    frames = np.stack([ball(6, 20, centre=(k, 0.0, 0.0)) for k in range(3)])
+    write_frames(tmp_path, frames)
+    sequence = palpate.open_sequence(tmp_path)
+    assert repr(sequence) == "<palpate.Frames: 3 frames of 20 x 20 x 20>" and sequence.shape == frames.shape
+    assert sequence.spacing == (1.0, 1.5, 2.0) and sequence.origin == (-10.0, 20.0, 300.0)
+    assert sequence.direction.tolist() == [[0, 0, 1], [1, 0, 0], [0, 1, 0]]
+    assert sequence.times == [0.0, 1.0, 2.0] and not sequence.has_times and sequence.notes == []
+    assert np.array_equal(np.stack(list(sequence)), frames) and np.array_equal(sequence[-1], frames[2])
+    with pytest.raises(IndexError, match="no frame 3: the sequence has 3"):
+        sequence[3]
+    geometry = {"spacing": sequence.spacing, "origin": sequence.origin, "direction": sequence.direction}
+    assert np.array_equal(palpate.register(sequence, preset="fast", verdict=False).field,
+                          palpate.register(frames, preset="fast", verdict=False, **geometry).field)
+    with pytest.raises(ValueError, match="nowhere"):
+        palpate.open_sequence("/nowhere")
+    with pytest.raises(TypeError, match="nan_as must be a number"):
+        palpate.open_sequence(tmp_path, nan_as="zero")
+
+
+def test_times_are_read_from_files(tmp_path):
+    frames = np.stack([ball(6, 20, centre=(k, 0.0, 0.0)) for k in range(3)])
+    nibabel = pytest.importorskip("nibabel")
+    image = nibabel.Nifti1Image(frames.T, np.diag((-1.0, -1.0, 1.0, 1.0)))
+    image.header.set_xyzt_units("mm", "msec")
+    image.header.set_zooms((1.0, 1.0, 1.0, 250.0))
+    nibabel.save(image, tmp_path / "frames.nii")
+    sequence = palpate.open_sequence(tmp_path / "frames.nii")
+    assert sequence.has_times and sequence.times == pytest.approx([0.0, 0.25, 0.5])
+    assert np.array_equal(palpate.register(sequence, preset="fast", verdict=False).at(0.4),
+                          palpate.register(frames, times=sequence.times, preset="fast", verdict=False).at(0.4))
+
+
+def test_points_go_where_their_material_goes():
+    fixed, moving = ball(11), ball(11, centre=(1.5, 0.0, 0.0))
+    grid = {"spacing": (1.0, 1.5, 2.0), "origin": (-10.0, 20.0, 300.0), "direction": [[0, 0, 1], [1, 0, 0], [0, 1, 0]]}
+    motion = palpate.register(fixed, moving, preset="fast", verdict=False, **grid)
+    k, j, i = 17, 21, 24
+    # By hand: x is P, y is S, z is L. The middle between two samples along y gets the mean of their vectors.
+    at = (-10.0 + 2.0 * k, 20.0 + 1.0 * i, 300.0 + 1.5 * (j + 0.5))
+    moved = motion.move_points([at])
+    assert moved[0] - at == pytest.approx(0.5 * (motion.field[k, j, i] + motion.field[k, j + 1, i]), abs=1e-5)
+    assert moved[0][1] - at[1] > 0.5
+    with pytest.raises(ValueError, match=r"shape \(n, 3\)"):
+        motion.move_points(at)
+
+
+def test_determinants_are_the_change_of_volume():
+    fixed, moving = ball(11), ball(9.9)
+    grid = {"spacing": (1.0, 1.5, 2.0), "direction": [[0, 0, 1], [1, 0, 0], [0, 1, 0]]}
+    motion = palpate.register(fixed, moving, preset="fast", **grid)
+    # A field that shrinks to 0.9 along P and 0.8 along L.
+    z, y, x = np.mgrid[:4, :5, :6].astype(float)
+    u = np.stack((-0.2 * 2.0 * z, -0.1 * x, 0 * y), axis=-1)
+    assert palpate._determinant(u, **grid) == pytest.approx(np.full(z.shape, 0.72), abs=1e-6)
+    inside = motion.determinant()[ball(8) > 500]
+    assert motion.determinant().dtype == np.float32 and 0.5 < inside.mean() < 0.95
+
+
 def test_nibabel_images_bring_their_geometry():
     nibabel = pytest.importorskip("nibabel")
     fixed, moving = ball(11), ball(11, centre=(1.5, 0.0, 0.0))

@@ -105,6 +105,14 @@ def test_optical_flow_agrees_with_the_right_field_only():
         testing.assert_agrees_with_flow(0.0 * field, fixed, moving)
     with pytest.raises(AssertionError, match="can not tell"):
         testing.assert_agrees_with_flow(field, 0.0 * fixed, 0.0 * moving)
+    # Where one of the volumes shows little more than noise, flow is no witness against the field.
+    for faint in (0, 1):
+        pair = [fixed.copy(), moving.copy()]
+        pair[faint][24:] *= 0.1
+        pair[faint] += random.normal(size=fixed.shape)
+        other = field.copy()
+        other[24:] = (-1.5, 3.0, 0.0)
+        testing.assert_agrees_with_flow(other, *pair)
 
 
 def read_field(path):

@@ -5,8 +5,9 @@
     motion.field                                     # (z, y, x, 3) float32, mm along L, P, S
     motion.verdict                                   # ok, suspect or failed, and why
 
-Volumes are numpy arrays of shape (z, y, x) with their spacing, origin and direction, or images of nibabel, SimpleITK or itk, which contain
-these. The convention of fields is ITK's: the material at x of the fixed volume is at x + field(x) in the moving one.
+Volumes are numpy arrays of shape (z, y, x) with their spacing, origin and direction, or images of nibabel, SimpleITK, itk or VTK, which contain
+these; open_sequence() reads them from files. The convention of fields is ITK's: the material at x of the fixed volume is at x + field(x) in the
+moving one.
 
 The GIL is released during long computations. Exceptions have one sentence: ValueError for bad input, OSError for a file that can not be
 written, MemoryError, and RuntimeError for all else, such as a Vulkan device that is lost.
@@ -33,7 +34,7 @@ except ImportError as error:
                       "mesa-vulkan-drivers)") from None
 
 __version__ = _palpate.__version__
-__all__ = ["Motion", "Session", "Verdict", "open_motion", "register"]
+__all__ = ["Frames", "Motion", "Session", "Verdict", "open_motion", "open_sequence", "register"]
 
 PRESETS = ("fast", "balanced", "best", "classic")
 
@@ -50,8 +51,8 @@ def _context(gpu=None):
 
 
 # spacing: mm; origin: LPS mm; direction: 9 numbers, row by row; None for a bare array. step_s: time between the frames of a 4D image; None or 0:
-# not known.
-_Image = collections.namedtuple("_Image", "array spacing origin direction step_s", defaults=(None,))
+# not known. times: of the frames, s, instead of step_s.
+_Image = collections.namedtuple("_Image", "array spacing origin direction step_s times", defaults=(None, None))
 
 
 def _of_itk_kind(image, array, direction):
@@ -116,12 +117,31 @@ def _of_nibabel(image):
     return _Image(np.transpose(samples), tuple(spacing), tuple(affine[:3, 3]), (affine[:3, :3] / spacing).reshape(-1), step_s)
 
 
+def _of_vtk(image):
+    """A vtkImageData: the scalars of its points, as (z, y, x)."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    scalars, extent = image.GetPointData().GetScalars(), image.GetExtent()
+    if scalars is None:
+        raise ValueError("this image has no scalars at its points")
+    if scalars.GetNumberOfComponents() != 1:
+        raise ValueError(f"this image has {scalars.GetNumberOfComponents()} values per point: take one of them")
+    origin, matrix = [0.0, 0.0, 0.0], image.GetDirectionMatrix()
+    image.TransformIndexToPhysicalPoint(extent[::2], origin)
+    direction = [matrix.GetElement(row, column) for row in range(3) for column in range(3)]
+    return _Image(vtk_to_numpy(scalars).reshape(image.GetDimensions()[::-1]), image.GetSpacing(), origin, direction)
+
+
 def _of_array(array):
     return _Image(np.asanyarray(array), None, None, None)
 
 
 def _image_of(image):
-    """The samples and the geometry of an image of nibabel, SimpleITK or itk; the geometry of a bare array is None."""
+    """The samples and the geometry of Frames, or of an image of nibabel, SimpleITK, itk or VTK; the geometry of a bare array is None."""
+    if isinstance(image, Frames):
+        return _Image(np.stack(list(image)), image.spacing, image.origin, image.direction.reshape(-1), None, image.times if image.has_times else None)
+    if hasattr(image, "GetDirectionMatrix") and hasattr(image, "GetPointData"):
+        return _of_vtk(image)
     if hasattr(image, "dataobj") and hasattr(image, "affine"):
         return _of_nibabel(image)
     if hasattr(image, "GetSpacing") and hasattr(image, "GetDirection"):
@@ -191,6 +211,14 @@ def _frames_of(fixed, moving):
     if image.array.ndim != 4:
         raise ValueError(f"one volume of shape {image.array.shape} has no motion: give two, a list, or a 4D array (t, z, y, x)")
     return [image._replace(array=frame) for frame in image.array]
+
+
+def _times_of(frames):
+    """The times of the frames of one 4D image, s; None if they are not known."""
+    first = frames[0]
+    if first.times is not None or not first.step_s:
+        return first.times
+    return [k * first.step_s for k in range(len(frames))]
 
 
 def _grid_of(frames, spacing=None, origin=None, direction=None):
@@ -400,6 +428,15 @@ def _motion_file(field, spacing, origin, direction):
     return header.encode() + bytes(field.nbytes) + field.tobytes()
 
 
+def _determinant(u, spacing, direction):
+    """det(I + grad u) of a field (z, y, x, 3), by central differences, one-sided at the border."""
+    along = np.zeros(u.shape + (3,))  # column a: du per mm along the index axis a
+    for a in range(3):
+        if u.shape[2 - a] > 1:
+            along[..., a] = np.gradient(u, spacing[a], axis=2 - a)
+    return np.linalg.det(np.eye(3) + along @ np.reshape(direction, (3, 3)).T).astype(np.float32)
+
+
 class Motion:
     """The motion of the material from one volume to the next, or through a sequence. Returned by register() and open_motion(). It can be
     pickled, and so passed between processes."""
@@ -483,6 +520,22 @@ class Motion:
         reasons = self._summary["reasons"]
         return Verdict(self._summary["trust"], reasons.split("\n") if reasons else [], measured)
 
+    def move_points(self, points_mm, k=0, *, time_s=None):
+        """Where the material at places goes, such as landmarks or the vertices of a mesh: x + u(x), the field linear between samples and clamped to the
+        border. points_mm: (n, 3), LPS mm, in the frame from which the field of step k, or with time_s the one to this time (s), leads. Shape (n, 3)."""
+        from .testing import _at
+
+        points_mm = np.asarray(points_mm, dtype=float)
+        if points_mm.ndim != 2 or points_mm.shape[1] != 3:
+            raise ValueError(f"points have the shape (n, 3), but these have {points_mm.shape}")
+        index = ((points_mm - self.origin) @ self.direction) / self.spacing
+        return points_mm + _at(self.step(k) if time_s is None else self.at(time_s), index)
+
+    def determinant(self, k=0, *, time_s=None):
+        """The change of volume of the material, det(I + grad u): of step k, or with time_s from the reference frame to this time (s). Below 1 it
+        shrinks; at 0 or below the field folds. Central differences, one-sided at the border. Shape (z, y, x), float32."""
+        return _determinant(self.step(k) if time_s is None else self.at(time_s), self.spacing, self.direction)
+
     def warp(self, image, k=0, *, time_s=None, inverse=False):
         """Warps a volume: at each sample x the value of `image` at x + field(x), linear between samples. The field is that of step k, or with
         time_s that from the reference frame to this time (s). With step k, frame k + 1 is warped onto frame k; with inverse=True frame k onto
@@ -525,9 +578,9 @@ def register(fixed, moving=None, *, spacing=None, origin=None, direction=None, m
              cyclic=False, pairwise=False, verdict=True, progress=None, gpu=None):
     """Estimates the motion of the material from `fixed` to `moving`, or through a sequence.
 
-    fixed, moving: two volumes on the same grid. Without `moving`, `fixed` is a sequence: a list of volumes, or a 4D array (t, z, y, x).
-        Volumes are numpy arrays (z, y, x), or images of nibabel, SimpleITK or itk. Contiguous arrays of integers of 8, 16 or 32 bits, float32
-        or float64 are read without a copy. Masked samples (numpy.ma) are ignored in all frames, as where the mask is 0.
+    fixed, moving: two volumes on the same grid. Without `moving`, `fixed` is a sequence: a list of volumes, a 4D array (t, z, y, x), or Frames.
+        Volumes are numpy arrays (z, y, x), or images of nibabel, SimpleITK, itk or VTK (vtkImageData). Contiguous arrays of integers of 8, 16 or
+        32 bits, float32 or float64 are read without a copy. Masked samples (numpy.ma) are ignored in all frames, as where the mask is 0.
     spacing, origin: mm along x, y, z of the index, and LPS mm of the first sample; direction: 3 x 3, its columns the directions of the
         index axes x, y, z in LPS. They override those of an image; without both they are 1 mm, 0 and the unit matrix.
     mask: (z, y, x); samples where it is 0 are ignored.
@@ -547,8 +600,8 @@ def register(fixed, moving=None, *, spacing=None, origin=None, direction=None, m
     first = frames[0]
     grid = _grid_of(frames, spacing, origin, direction)
     spacing, origin, direction = grid[1:]
-    if times is None and first.step_s:
-        times = [k * first.step_s for k in range(len(frames))]
+    if times is None:
+        times = _times_of(frames)
     times = [] if times is None else [_number(time, "a time") for time in times]
     if any(not time >= 0.0 for time in times):
         raise ValueError("the times of volumes must be 0 or more")
@@ -567,6 +620,41 @@ def register(fixed, moving=None, *, spacing=None, origin=None, direction=None, m
              | (0 if verdict else _palpate.NO_VERDICT))
     found = _palpate.estimate(_context(gpu), [_taken(image.array) for image in frames], *grid, _text(preset, "preset") or "balanced", times, mask, flags, progress)
     return Motion(found, spacing, origin, direction, times[0] if times else 0.0)
+
+
+class Frames:
+    """The frames of a sequence in files. Returned by open_sequence(). len() is their number, sequence[k] reads frame k: shape (z, y, x), float32,
+    rescaled as the file says, and a loop reads one after the other (which is the fastest order). Any thread; one at a time reads."""
+
+    def __init__(self, found):
+        self._found = found
+        spacing, origin, direction = found.geometry()
+        self.spacing = tuple(spacing)  #: mm along x, y, z of the index
+        self.origin = tuple(origin)  #: LPS mm of the first sample
+        self.direction = np.reshape(direction, (3, 3))  #: columns: directions of the index axes x, y, z in LPS
+        self.shape = (found.count(), *found.size())  #: (t, z, y, x)
+        self.times = [found.time_s(k) for k in range(found.count())]  #: s, one per frame; 0, 1, 2, ... if has_times is False
+        self.has_times = found.has_times()  #: whether the files say when the frames were taken
+        self.notes = found.notes().splitlines()  #: what a person should know of the files, sentences
+
+    def __len__(self):
+        return self.shape[0]
+
+    def __getitem__(self, k):
+        k = operator.index(k)
+        if not -len(self) <= k < len(self):
+            raise IndexError(f"there is no frame {k}: the sequence has {len(self)}")
+        return self._found.frame(k % len(self))
+
+    def __repr__(self):
+        return f"<palpate.Frames: {len(self)} frames of {' x '.join(map(str, self.shape[:0:-1]))}>"
+
+
+def open_sequence(paths, *, nan_as=None):
+    """Opens the frames of a sequence in any form that the program reads: a 4D file, a folder of DICOM or of 3D files ("FOLDER#4": its DICOM series
+    4, by number or name), a list of 3D files in order, or a list of DICOM folders with one frame each. Returns Frames, which register()
+    takes. Reads headers only. nan_as: what samples become that are NaN; None: they are refused. ValueError if the files can not be read."""
+    return Frames(_palpate.Sequence(_paths(paths), None if nan_as is None else _number(nan_as, "nan_as")))
 
 
 def open_motion(path, *, gpu=None):
@@ -607,8 +695,8 @@ class Session:
                 raise ValueError("there are no frames")
             grid = _grid_of(images, spacing, origin, direction)
             arrays = [_taken(frame.array) for frame in images]
-            if times is None and images[0].step_s and len(images) > 1:
-                times = [k * images[0].step_s for k in range(len(images))]
+            if times is None and len(images) > 1:
+                times = _times_of(images)
             if times is not None and len(times) != len(images):
                 raise ValueError(f"there are {len(images)} volumes, but {len(times)} times")
             if json is None and not paths:

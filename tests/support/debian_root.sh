@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Makes a folder with what of Slurm and MUNGE, or of Snakemake, this machine lacks, from its own Debian sources and without
-# privileges: apt downloads with folders of its own, dpkg-deb unpacks, nothing is installed and no service starts.
+# Makes a folder with what of Slurm and MUNGE, of Snakemake, of ParaView, or of Blender, this machine lacks, from its own
+# Debian sources and without privileges: apt downloads with folders of its own, dpkg-deb unpacks, nothing is installed and no
+# service starts.
 # Cached. Prints the folder; says why and exits with 77 where it can not be made.
-# usage: debian_root.sh slurm|snakemake
-# environment: PALPATE_SLURM_ROOT, PALPATE_SNAKEMAKE_ROOT (where to).
+# usage: debian_root.sh slurm|snakemake|paraview|blender
+# environment: PALPATE_SLURM_ROOT, PALPATE_SNAKEMAKE_ROOT, PALPATE_PARAVIEW_ROOT, PALPATE_BLENDER_ROOT (where to).
 set -euo pipefail
 
 skip() {
@@ -25,6 +26,20 @@ case "$1" in
     programs=(snakemake)
     # Clients of clouds, 640 of 660 MB: smart-open does without them.
     without='^python3-(azure|azure-storage|uamqp|msrest|msrestazure|msal|msal-extensions|adal|boto3|botocore|s3transfer)='
+    ;;
+  paraview)
+    # Installed, python3-paraview would remove python3-vtk9 and with it libvtk9-dev, which the filters for VTK need.
+    root=${PALPATE_PARAVIEW_ROOT:-$root}
+    wanted=(paraview python3-paraview)
+    programs=(pvpython)
+    # Plots and the web server: pvpython does without them.
+    without='^(python3-([^p]|p[^a])|python-matplotlib|fonts-|blt|cython3|tk|unicode-data)'
+    ;;
+  blender)
+    root=${PALPATE_BLENDER_ROOT:-$root}
+    wanted=(blender)
+    programs=(blender)
+    without='^fonts-'
     ;;
 esac
 for tool in apt-get dpkg-deb flock; do
