@@ -1,13 +1,14 @@
-"""Writes a C program that prints what palpate.h declares, as the C compiler has it, for comparison with a binding:
+"""Writes a C program that prints what headers declare, as the C compiler has it, for comparison with a binding:
 
     struct NAME SIZE            field NAME.FIELD OFFSET SIZE
     value NAME NUMBER           function NAME NUMBER_OF_ARGUMENTS
 
 A structure inside another one is named after both: PalState.volumes[0] is PalStateVolume.
 
-usage: layout.py palpate.h OUTPUT.c
+usage: layout.py OUTPUT.c HEADER...
 """
 
+import os
 import re
 import sys
 
@@ -33,9 +34,11 @@ def members(body):
             yield MEMBER.search(one)[1], None
 
 
-def main(header, output):
-    with open(header, encoding="utf-8") as file:
-        text = re.sub(r"/\*.*?\*/", "", file.read(), flags=re.DOTALL)
+def main(output, *headers):
+    text = ""
+    for header in headers:
+        with open(header, encoding="utf-8") as file:
+            text += re.sub(r"/\*.*?\*/", "", file.read(), flags=re.DOTALL)
     lines = []
 
     def say(what, *numbers):
@@ -56,10 +59,12 @@ def main(header, output):
             if not value.endswith("_MAX"):
                 say(f"value {value}", value)
     say("value PAL_VERSION", "PAL_VERSION")
-    for name, arguments in re.findall(r"PAL_API[^;(]*?\b(pal_\w+)\(([^;]*)\);", text):
+    for name, arguments in re.findall(r"PAL_API[^;(]*?\b(pal(?:pate)?_\w+)\(([^;]*)\);", text):
         say(f"function {name}", 0 if arguments.strip() == "void" else arguments.count(",") + 1)
     with open(output, "w", encoding="utf-8") as file:
-        file.write('#include <stdio.h>\n\n#include "palpate.h"\n\nint main(void) {\n' + "\n".join(lines) + "\n  return 0;\n}\n")
+        file.write("#include <stdio.h>\n")
+        file.writelines(f'#include "{os.path.basename(header)}"\n' for header in headers)
+        file.write('int main(void) {\n' + "\n".join(lines) + "\n  return 0;\n}\n")
 
 
 main(*sys.argv[1:])

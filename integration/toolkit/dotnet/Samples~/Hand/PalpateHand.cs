@@ -16,6 +16,8 @@ public class PalpateHand : MonoBehaviour
     public Transform hand, proxy;
     [Tooltip("The motion that is missing is estimated on the GPU")]
     public bool estimates;
+    [Tooltip("A PalpateCamera draws it: on Unity's own Vulkan device")]
+    public bool isDrawn;
 
     /// <summary>True while something is felt.</summary>
     public bool InContact { get; private set; }
@@ -34,7 +36,11 @@ public class PalpateHand : MonoBehaviour
     {
         try
         {
-            context = new PalContext(new PalContextInfo { Flags = estimates ? PalContextFlags.None : PalContextFlags.NoGpu });
+            context = new PalContext(new PalContextInfo
+            {
+                Flags = estimates || isDrawn ? PalContextFlags.None : PalContextFlags.NoGpu,
+                Vulkan = isDrawn ? PalUnity.Device() : null
+            });
             opened = new PalScene(context, new PalSceneInfo(scene));
             // Events come on other threads: Update() logs them. The queue, not this object, is kept for them.
             var queue = told;
