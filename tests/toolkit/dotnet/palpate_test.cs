@@ -680,6 +680,25 @@ static class PalpateTest
         Expect(Math.Abs(eye.TanUp - Math.Tan(Math.PI / 6)) < 1e-6 && Math.Abs(eye.TanRight - 2 * eye.TanUp) < 1e-6, "its angles");
         Expect(picture.Colour.First == new IntPtr(16) && picture.Depth.First == new IntPtr(32), "its images");
         Expect(Math.Abs(picture.InverseDepth0 - 0.2) < 1e-6 && Math.Abs(picture.InverseDepth1 - 50) < 1e-4, "depth is reversed");
+        // Another image needs another view, which is made when the render thread has drawn the pictures of the last one.
+        camera.targetTexture = new UnityEngine.RenderTexture { width = 160, height = 40 };
+        Send(script, "OnPreRender");
+        Equal(camera.Buffers[0].Data.Count, 0, "the number of events while the last view is used");
+        foreach (var slot in slots) Marshal.WriteInt32(slot, (int)Marshal.OffsetOf(typeof(PalUnityPicture), "isDone"), 1);
+        Send(script, "OnPreRender");
+        Equal(camera.Buffers[0].Data.Count, 1, "the number of events with the new view");
+        // A picture that failed stops the camera, with the plugin's sentence.
+        var first = camera.Buffers[0].Data[0];
+        for (var k = 0; k < 4; ++k)
+        {
+            Marshal.WriteInt32(first, (int)Marshal.OffsetOf(typeof(PalUnityPicture), "isDone"), 1);
+            Marshal.WriteInt32(first, (int)Marshal.OffsetOf(typeof(PalUnityPicture), "result"), (int)PalResult.BadInput);
+            var sentence = System.Text.Encoding.UTF8.GetBytes("no such image\0");
+            Marshal.Copy(sentence, 0, IntPtr.Add(first, (int)Marshal.OffsetOf(typeof(PalUnityPicture), "sentence")), sentence.Length);
+            Send(script, "OnPreRender");
+        }
+        Equal(string.Join("; ", UnityEngine.Debug.Said), "error: no such image", "what is told");
+        Expect(!script.enabled, "the camera's script is off");
         Send(script, "OnDestroy");
         session.Dispose();
     }

@@ -453,6 +453,26 @@ TEST(UnityPlugin, DrawsIntoTheImagesOfAHostWithUnitysTables) {
   // Something before it: what the host drew.
   EXPECT_EQ(drawn(1.0F), black);
 
+  // Two eyes, each into an image of its own; the second one further to the right.
+  Surface* const right = unity.make_surface(VK_FORMAT_R8G8B8A8_SRGB, VK_IMAGE_ASPECT_COLOR_BIT,
+                                            kCopied | VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT);
+  of_view.eye_count = 2;
+  PalView* stereo = nullptr;
+  PAL_ASSERT_OK(pal_view_open(opened.session, &of_view, &stereo));
+  picture.view = stereo;
+  picture.eye_count = 2;
+  picture.eyes[1] = eye;
+  picture.eyes[1].position_m[0] = 0.06;
+  picture.colour[1] = right;
+  picture.depth[1] = depth;
+  unity.clear(*right, kBlack);
+  EXPECT_EQ(drawn(0.0F), far);
+  EXPECT_LT(agreement_db(unity.read(*right), far), 30.0);
+  EXPECT_LT(agreement_db(unity.read(*right), black), 30.0);
+  PAL_ASSERT_OK(pal_view_close(&stereo));
+  picture.view = opened.view;
+  picture.eye_count = 1;
+
   // What can not be drawn is told in the picture.
   Surface* const not_copied = unity.make_surface(VK_FORMAT_R8G8B8A8_SRGB, VK_IMAGE_ASPECT_COLOR_BIT,
                                                  VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT);

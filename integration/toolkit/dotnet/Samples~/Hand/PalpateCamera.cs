@@ -1,5 +1,6 @@
 // What PalpateHand feels, drawn into the pictures of a camera: put this on a camera that draws into a render texture with
-// depth, one sample per pixel, ARGB32, with Vulkan as Unity's graphics API. Unity's objects and the volume hide each other.
+// depth, one sample per pixel, ARGB32, with Vulkan as Unity's graphics API and its built-in render pipeline. Unity's objects
+// and the volume hide each other.
 using System;
 using Palpate;
 using UnityEngine;
@@ -14,6 +15,8 @@ public class PalpateCamera : MonoBehaviour
     Camera seen;
     CommandBuffer commands;
     PalView view;
+    PalSession shown;
+    RenderTexture drawn;
     PalUnityPictures pictures;
 
     void Start()
@@ -31,8 +34,15 @@ public class PalpateCamera : MonoBehaviour
         if (hand == null || hand.Session == null || image == null) return;
         try
         {
-            if (view == null)
+            if (shown != hand.Session || drawn != image)
+            {
+                // The render thread may still draw the view that is replaced.
+                if (!pictures.IsIdle) return;
+                view?.Dispose();
                 view = new PalView(hand.Session, new PalViewInfo { Width = (uint)image.width, Height = (uint)image.height });
+                shown = hand.Session;
+                drawn = image;
+            }
             var from = seen.transform;
             var tan_up = Math.Tan(seen.fieldOfView * Math.PI / 360);
             var tan_right = tan_up * image.width / image.height;
