@@ -18,7 +18,7 @@ only() {
   fi
 }
 
-only 'vulkan/vulkan' 'compute/vulkan/|module/view/|module/xr/|tests/xr/|tests/view/|tests/toolkit/|docs/examples/' compute module integration tests
+only 'vulkan/vulkan' 'compute/vulkan/|module/view/|module/xr/|integration/toolkit/dotnet/|tests/xr/|tests/view/|tests/toolkit/|docs/examples/' compute module integration tests
 only 'openxr/' 'module/xr/|tests/xr/' compute module integration tests
 only 'itk|gdcm' 'integration/files/|integration/toolkit/itk/|tests/files/|tests/toolkit/itk/|tests/lab/bench/peers/' compute module integration tests
 only 'opencv2' 'integration/opencv/|tests/opencv/' compute module integration tests

@@ -27,11 +27,16 @@ Status check(const ServoOptions& options) {
   return Nothing{};
 }
 
-/// All signals but the crashes are for other threads. Returns what was blocked before.
+/// Signals of the process are for other threads. Not blocked: crashes, and the signals by which a
+/// runtime with garbage collection (Mono, Unity) stops each of its threads. A host's function that
+/// the servo calls makes it such a thread, and a collection would wait for it for ever. Returns
+/// what was blocked before.
 sigset_t block_signals() {
   sigset_t all, before;
   sigfillset(&all);
   for (int crash : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) sigdelset(&all, crash);
+  for (int collection : {SIGPWR, SIGXCPU}) sigdelset(&all, collection);
+  for (int real_time = SIGRTMIN; real_time <= SIGRTMAX; ++real_time) sigdelset(&all, real_time);
   pthread_sigmask(SIG_SETMASK, &all, &before);
   return before;
 }

@@ -1,6 +1,7 @@
 // The real thread with the real clock. No test here measures time: the machine may be busy.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <chrono>
 #include <mutex>
@@ -81,6 +82,27 @@ TEST(Servo, StopsInItsDestructor) {
     ASSERT_TRUE(eventually([&] { return (*servo)->statistics().ticks.load() > 10; }));
   }
   EXPECT_EQ(device.forces_n.back(), 0.0);
+}
+
+// Mono and Unity stop threads that run C# by these signals: a collection would wait for ever.
+TEST(Servo, LeavesTheProcessItsSignalsButTakesThoseOfGarbageCollectors) {
+  class AskingDevice : public KeepingDevice {
+   public:
+    DeviceReading exchange(const DeviceCommand& command) noexcept override {
+      pthread_sigmask(SIG_SETMASK, nullptr, &blocked);
+      return KeepingDevice::exchange(command);
+    }
+    sigset_t blocked;
+  } device;
+  RampingTicker ticker;
+  auto servo = Servo::start(device, ticker, ordinary());
+  ASSERT_TRUE(servo);
+  ASSERT_TRUE(eventually([&] { return (*servo)->statistics().ticks.load() > 1; }));
+  (*servo)->stop();
+  for (const int process : {SIGINT, SIGTERM, SIGHUP, SIGALRM, SIGUSR1})
+    EXPECT_EQ(sigismember(&device.blocked, process), 1) << process;
+  for (const int thread : {SIGSEGV, SIGPWR, SIGXCPU, SIGRTMIN, SIGRTMIN + 5, SIGRTMAX})
+    EXPECT_EQ(sigismember(&device.blocked, thread), 0) << thread;
 }
 
 TEST(Servo, CarriesEventsInAndTicksOut) {
