@@ -436,7 +436,7 @@ Command add_anatomies(CLI::App& program) {
                 "Also say how well confidence is calibrated: how much of what has confidence c is "
                 "right");
   app->add_option("--page", command->page,
-                  "Draw that as diagrams on this HTML page (needs gnuplot)")
+                  "Draw that as diagrams on this HTML page (needs python3-matplotlib)")
       ->type_name("FILE")
       ->needs("--confidence");
   add_device_options(*app, command->device);

@@ -111,15 +111,6 @@ Result<Wish> wish_of(const ChartCommand& command) {
   return wish;
 }
 
-/// Checked before minutes of measuring: whether pictures can be drawn at all.
-Status check_gnuplot() {
-  report::Chart chart;
-  chart.title = "test";
-  chart.series = {{"", {{1.0, 1.0, "", false}}, {}, {}, {}}};
-  const auto drawn = report::drawn(chart);
-  return drawn ? Status(Nothing{}) : Status(drawn.error());
-}
-
 std::vector<report::Table> tables_of(const report::Page& page) {
   std::vector<report::Table> tables;
   for (const report::Section& section : page.sections) {
@@ -205,7 +196,7 @@ int run(const ChartCommand& command) {
   if (!command.csv.empty())
     if (const Status can = files::check_can_write_folder(command.csv); !can)
       return fail(console, can.error());
-  if (const Status can = check_gnuplot(); !can) return fail(console, can.error());
+  if (const Status can = report::check_plots(); !can) return fail(console, can.error());
   const auto context = open_device(command.device, console);
   if (!context) return fail(console, context.error());
 

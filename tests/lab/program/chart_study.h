@@ -22,7 +22,8 @@ struct ChartJob {
 };
 
 /// A study: the word on the command line, and the function that makes its part of the report.
-/// Throws as documented at studies::StudyRun. Errors: input that can not be read, gnuplot missing.
+/// Throws as documented at studies::StudyRun. Errors: input that can not be read, matplotlib
+/// missing.
 struct ChartStudy {
   std::string word;  ///< "motion"
   /// For --help: the question that it answers.

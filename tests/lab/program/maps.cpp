@@ -48,10 +48,7 @@ class MapsRun {
   Status run() {
     // Checks what would end the work later.
     if (const Status can = files::check_can_write_file(command_.output); !can) return can;
-    if (const auto plot = report::drawn(report::HeatMap{
-            .x_values = {1.0, 2.0}, .y_values = {1.0, 2.0}, .values = {0.0, 1.0, 2.0, 3.0}});
-        !plot)
-      return plot.error();
+    if (const Status can = report::check_plots(); !can) return can;
     std::shared_ptr<vulkan::Context> context;
     if (command_.group.empty() || command_.group == "motion") {
       auto opened = open_device(command_.device, console_);

@@ -5,11 +5,30 @@
 
 #include <fmt/format.h>
 
-#include "tests/lab/report/gnuplot.h"
 #include "tests/lab/report/page_style.h"
 
 namespace palpate::report {
 namespace {
+
+/// A text as XML reads it, in an element or an attribute.
+std::string xml_text(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '&') {
+      result += "&amp;";
+    } else if (c == '<') {
+      result += "&lt;";
+    } else if (c == '>') {
+      result += "&gt;";
+    } else if (c == '"') {
+      result += "&quot;";
+    } else if (static_cast<unsigned char>(c) >= 0x20U || c == '\n' || c == '\t') {
+      // Other control characters are not allowed in XML.
+      result += c;
+    }
+  }
+  return result;
+}
 
 std::string paragraphs(const std::string& text, const char* of_class) {
   std::string result;
@@ -45,13 +64,6 @@ std::string csv_link(const Table& table, const std::string& title) {
       "<a class=\"csv\" download=\"{}.csv\" href=\"data:text/csv;charset=utf-8;base64,{}\">the "
       "numbers (CSV)</a>",
       file_stem(title), base64(flat_csv(table)));
-}
-
-/// Numbers are right-aligned, so that their decimal points are aligned.
-bool is_numeric(const Table& table, size_t column) {
-  for (const auto& row : table.rows)
-    if (row[column].number) return true;
-  return false;
 }
 
 std::string table_html(const Table& table) {
@@ -103,7 +115,7 @@ std::string section_html(const Section& section) {
   return result + "</section>\n";
 }
 
-std::string quoted(const std::string& text) {
+std::string csv_field(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
   std::string result = "\"";
   for (const char c : text) result += c == '"' ? std::string("\"\"") : std::string(1, c);
@@ -115,12 +127,12 @@ std::string quoted(const std::string& text) {
 std::string flat_csv(const Table& table) {
   std::string result;
   for (size_t c = 0; c < table.columns.size(); ++c)
-    result += (c ? "," : "") + quoted(table.columns[c].key);
+    result += (c ? "," : "") + csv_field(table.columns[c].key);
   result += "\n";
   for (const auto& row : table.rows) {
     for (size_t c = 0; c < row.size(); ++c)
       result += (c ? "," : "") +
-                (row[c].number ? fmt::format("{}", *row[c].number) : quoted(row[c].text));
+                (row[c].number ? fmt::format("{}", *row[c].number) : csv_field(row[c].text));
     result += "\n";
   }
   return result;

@@ -4,26 +4,28 @@ namespace palpate::report {
 
 /// The page's style sheet. One column of text; pictures have its width, or scroll sideways where
 /// they would be too small to read; prints well. Dark if the system is: the figures' colours
-/// (style.h) are selected by their attributes, as gnuplot and palpate write them.
+/// (plot.py) are selected by their style attributes, as matplotlib writes them.
 inline constexpr const char* kPageStyle = R"css(
 :root { color-scheme: light dark; --paper: #fff; --veil: #ffffffee; --ink: #222; --quiet: #555; --line: #ddd;
   --link: #0060a0; --plate: #f5f6f8; --good: #f1f8f5; --bad: #fdf3ec; }
 @media (prefers-color-scheme: dark) {
   :root { --paper: #14171c; --veil: #14171cee; --ink: #e8eaed; --quiet: #a9afb8; --line: #383e47;
     --link: #7cbcf0; --plate: #1e232a; --good: #16261f; --bad: #2c1d13; }
-  svg :is([fill="#FFFFFF"], [fill="#ffffff"], [fill="rgb(255,255,255)"]) { fill: #14171c; }
-  svg :is([stroke="#FFFFFF"], [stroke="#ffffff"], [stroke="rgb(255, 255, 255)"]) { stroke: #14171c; }
-  svg :is([color="#FFFFFF"], [color="#ffffff"], [color="rgb(255, 255, 255)"]) { color: #14171c; }
-  svg :is([fill="#222222"], [fill="rgb(34,34,34)"], [fill="rgb( 34,  34,  34)"], [fill="black"]) { fill: #e8eaed; }
-  svg :is([stroke="#222222"], [stroke="rgb( 34,  34,  34)"], [stroke="black"]) { stroke: #e8eaed; }
-  svg :is([color="#222222"], [color="rgb( 34,  34,  34)"], [color="black"]) { color: #e8eaed; }
-  svg :is([fill="#666666"], [fill="rgb(102,102,102)"]) { fill: #a9afb8; }
-  svg :is([stroke="#666666"], [stroke="rgb(102, 102, 102)"]) { stroke: #a9afb8; }
-  svg :is([stroke="#E8E8E8"], [stroke="rgb(232, 232, 232)"]) { stroke: #2b3038; }
-  svg :is([fill="#D9D9D9"], [fill="rgb(217, 217, 217)"], [fill="rgb(217,217,217)"]) { fill: #474d57; }
-  svg [color="rgb(  0, 114, 178)"] { color: #4aa8e0; } svg [stroke="rgb(  0, 114, 178)"] { stroke: #4aa8e0; }
-  svg [color="rgb( 85,  85,  85)"] { color: #aeb3bb; } svg [stroke="rgb( 85,  85,  85)"] { stroke: #aeb3bb; }
-  svg [color="rgb(136,  34,  85)"] { color: #d9709f; } svg [stroke="rgb(136,  34,  85)"] { stroke: #d9709f; }
+  [style*="fill: #ffffff"] { fill: #14171c !important; }
+  [style*="stroke: #ffffff"] { stroke: #14171c !important; }
+  [style*="fill: #222222"] { fill: #e8eaed !important; }
+  [style*="stroke: #222222"] { stroke: #e8eaed !important; }
+  [style*="fill: #666666"] { fill: #a9afb8 !important; }
+  [style*="stroke: #666666"] { stroke: #a9afb8 !important; }
+  [style*="stroke: #e8e8e8"] { stroke: #2b3038 !important; }
+  [style*="fill: #d9d9d9"] { fill: #474d57 !important; }
+  [style*="stroke: #d9d9d9"] { stroke: #474d57 !important; }
+  [style*="fill: #0072b2"] { fill: #4aa8e0 !important; }
+  [style*="stroke: #0072b2"] { stroke: #4aa8e0 !important; }
+  [style*="fill: #555555"] { fill: #aeb3bb !important; }
+  [style*="stroke: #555555"] { stroke: #aeb3bb !important; }
+  [style*="fill: #882255"] { fill: #d9709f !important; }
+  [style*="stroke: #882255"] { stroke: #d9709f !important; }
 }
 body { margin: 0 auto; max-width: 58rem; padding: 1.5rem 1.25rem 5rem; background: var(--paper); color: var(--ink);
   font: 16px/1.5 Inter, system-ui, "Segoe UI", Helvetica, Arial, sans-serif; }

@@ -7,7 +7,7 @@
 
 #include "compute/volume/result.h"
 
-/// Plots as values, drawn as SVG by gnuplot (Debian's gnuplot-nox), which is called as a program.
+/// Plots as values, drawn as SVG by matplotlib: plot.py, which is called as a program.
 /// Colours are those of Okabe and Ito, which people with any colour vision tell apart, and no two
 /// series have the same mark either, so that a plot can be read in grey.
 ///
@@ -44,7 +44,8 @@ struct Point {
 };
 
 /// Points of one kind, with one entry in the key (none for an empty name). Colour (0 to 7: an index
-/// into kSeriesColours) and mark follow from the place in the list if they are not given.
+/// into SERIES_COLOURS of plot.py) and mark follow from the place in the list if they are not
+/// given.
 struct Series {
   std::string name;
   std::vector<Point> points;
@@ -82,7 +83,7 @@ struct ColourBar {
 /// How some cells of a map are marked besides their colour.
 enum class CellMark { kHatch, kCross, kDot };
 struct MarkedCells {
-  /// In the key; empty: no entry.
+  /// In the key, once for all panels; empty: no entry.
   std::string name;
   CellMark mark = CellMark::kHatch;
   std::vector<std::pair<size_t, size_t>> cells;  ///< (index along x, index along y)
@@ -96,25 +97,35 @@ struct Border {
   std::vector<std::pair<double, double>> points;
 };
 
-/// A value per cell over two axes. Cells extend half way to their neighbours (on a logarithmic axis
-/// in the logarithm).
+/// The values of one map in a picture of several.
+struct Panel {
+  std::string title;           ///< above the map; empty: none
+  std::vector<double> values;  ///< [y * x_values.size() + x]; NaN: not measured, grey
+  std::vector<MarkedCells> marks;
+};
+
+/// Maps over the same two axes, two beside each other: a value per cell. Cells extend half way to
+/// their neighbours (on a logarithmic axis in the logarithm).
 struct HeatMap {
   std::string title;
   Axis x, y;
   std::vector<double> x_values, y_values;  ///< rising; at least one each
-  std::vector<double> values;              ///< [y * x_values.size() + x]; NaN: not measured, grey
   ColourBar bar;
   std::vector<Border> borders;
-  std::vector<MarkedCells> marks;
-  /// Without the key, which is above the map.
+  std::vector<Panel> panels;  ///< at least one
+  /// Of a panel without its title. The key is above the panels.
   int width_px = 880, height_px = 440;
 };
 
 /// The plot as one <svg> element for a page: ids are unique for the given id (letters and digits),
-/// names are shown as tool tips, no script. Errors: kBadInput if gnuplot is not installed (with
-/// what to install), if there is nothing to show, or if sizes do not fit. Any thread; starts a
-/// process and waits for it.
+/// names are shown as tool tips, no script. Errors: kBadInput if python3-matplotlib is not
+/// installed (with what to install), if there is nothing to show, or if sizes do not fit. Any
+/// thread; starts a process and waits for it.
 Result<std::string> drawn(const Chart& chart, const std::string& id = "figure");
 Result<std::string> drawn(const HeatMap& map, const std::string& id = "figure");
+
+/// Whether plots can be drawn at all, to be checked before minutes of measuring. Errors: as
+/// drawn().
+Status check_plots();
 
 }  // namespace palpate::report

@@ -20,12 +20,6 @@ std::string padded(const std::string& text, size_t to, bool right) {
   return right ? space + text : text + space;
 }
 
-/// Numbers are right-aligned, so that their decimal points are aligned.
-bool is_numeric(const Table& table, size_t column) {
-  return std::any_of(table.rows.begin(), table.rows.end(),
-                     [&](const auto& row) { return row[column].number.has_value(); });
-}
-
 std::string quoted(const std::string& text) {
   std::string result = "\"";
   for (const char c : text) result += c == '"' ? std::string("\"\"") : std::string(1, c);
@@ -46,6 +40,11 @@ Cell words(std::string text) {
 }
 Cell nothing() {
   return {};
+}
+
+bool is_numeric(const Table& table, size_t column) {
+  return std::any_of(table.rows.begin(), table.rows.end(),
+                     [&](const auto& row) { return row[column].number.has_value(); });
 }
 
 std::string plain_text(const Table& table) {

@@ -38,6 +38,8 @@ struct Conditions {
   unsigned threads = 0;  ///< of the host
 };
 
+/// Whether a column has numbers: it is right-aligned, so that their decimal points are aligned.
+bool is_numeric(const Table& table, size_t column);
 /// Aligned columns for a terminal.
 std::string plain_text(const Table& table);
 /// A heading, the note and a table.

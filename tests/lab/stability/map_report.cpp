@@ -11,10 +11,6 @@
 namespace palpate::stability {
 namespace {
 
-constexpr int kPanelWidth_px = 470, kPanelHeight_px = 380, kTitle_px = 28, kPanelsInARow = 2;
-constexpr int kLeft_px = 10, kKeyRow_px = 22, kKeyTop_px = 10;
-constexpr const char* kText = "font-family=\"Inter, system-ui, sans-serif\" fill=\"#222222\"";
-
 const char* outcome_word(Outcome outcome) {
   switch (outcome) {
     case Outcome::kHeld:
@@ -43,111 +39,40 @@ report::Axis axis_of(const Axis& axis) {
 }
 
 report::MarkedCells marked(const StabilityMap& map, const Side& side, Outcome outcome,
-                           report::CellMark mark) {
-  report::MarkedCells cells{"", mark, {}};
+                           const char* meaning, report::CellMark mark) {
+  report::MarkedCells cells{meaning, mark, {}};
   for (size_t i = 0; i < side.cells.size(); ++i)
     if (side.cells[i].outcome == outcome)
       cells.cells.emplace_back(i % map.x.at.size(), i / map.x.at.size());
   return cells;
 }
 
-/// The border with points between its points: of a long segment only a part with an end in the
-/// picture would be drawn.
-std::vector<std::pair<double, double>> drawn_points(const StabilityMap& map, const Border& border) {
-  constexpr int kPieces = 64;
-  const auto between = [](double a, double b, double t, bool logarithmic) {
-    return logarithmic && a > 0.0 && b > 0.0 ? a * std::pow(b / a, t) : a + t * (b - a);
-  };
-  std::vector<std::pair<double, double>> points;
-  for (size_t n = 0; n + 1 < border.points.size(); ++n)
-    for (int k = 0; k <= kPieces; ++k) {
-      const glm::dvec2 a = border.points[n], b = border.points[n + 1];
-      const double t = double(k) / kPieces;
-      points.emplace_back(between(a.x, b.x, t, map.x.logarithmic),
-                          between(a.y, b.y, t, map.y.logarithmic));
-    }
-  return points;
-}
-
-report::HeatMap panel_of(const StabilityMap& map, const Side& side) {
-  report::HeatMap panel;
-  panel.title = map.title + ": " + side.method;
-  panel.x = axis_of(map.x);
-  panel.y = axis_of(map.y);
-  panel.x_values = map.x.at;
-  panel.y_values = map.y.at;
-  for (const Cell& cell : side.cells) panel.values.push_back(cell.value);
-  panel.bar = {with_unit(map.colour, map.colour_unit), map.logarithmic, map.lowest, map.highest};
-  for (const Border& border : map.borders) {
-    panel.borders.push_back({"", drawn_points(map, border)});
-  }
-  panel.marks = {marked(map, side, Outcome::kFlagged, report::CellMark::kDot),
-                 marked(map, side, Outcome::kSilent, report::CellMark::kCross)};
-  panel.width_px = kPanelWidth_px;
-  panel.height_px = kPanelHeight_px;
-  return panel;
-}
-
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text)
-    result += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
-  return result;
-}
-
-/// The key: the meaning of marks and lines of all panels, each in a row above them.
-std::string key_of(const StabilityMap& map) {
-  // As report::HeatMap draws them.
-  constexpr const char* kDashes[] = {"", "8 4", "2 3", "8 3 2 3"};
-  std::string svg;
-  int y = kKeyTop_px + 8;
-  const auto row = [&](const std::string& mark, const std::string& text) {
-    svg += fmt::format(
-        "<g transform=\"translate({} {})\">{}</g><text x=\"{}\" y=\"{}\" {} "
-        "font-size=\"13\">{}</text>",
-        kLeft_px + 20, y, mark, kLeft_px + 50, y + 5, kText, escaped(text));
-    y += kKeyRow_px;
-  };
-  row("<circle r=\"3.5\" fill=\"#222222\"/>", "it failed, and said so");
-  row("<path d=\"M-6 -6 L6 6 M-6 6 L6 -6\" stroke=\"#222222\" stroke-width=\"1.5\"/>",
-      "it failed, and nobody was told (no mark: it held)");
-  for (size_t b = 0; b < map.borders.size(); ++b)
-    row(fmt::format("<path d=\"M-14 0 L14 0\" stroke=\"#222222\" stroke-width=\"2\" "
-                    "stroke-dasharray=\"{}\"/>",
-                    kDashes[b % std::size(kDashes)]),
-        "theory: " + map.borders[b].name);
-  return svg;
-}
-
 /// The methods' panels as one picture.
-Result<std::string> picture_of(const StabilityMap& map) {
-  const int panels = int(map.sides.size()), wide = std::min(panels, kPanelsInARow);
-  const int rows = (panels + kPanelsInARow - 1) / kPanelsInARow;
-  const int top = kKeyTop_px + kKeyRow_px * int(2 + map.borders.size());
-  const int width = kLeft_px + wide * kPanelWidth_px;
-  const int height = top + rows * (kPanelHeight_px + kTitle_px);
-  std::string svg = fmt::format(
-      "<svg role=\"img\" xmlns=\"http://www.w3.org/2000/svg\" "
-      "xmlns:xlink=\"http://www.w3.org/1999/xlink\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
-      "height=\"{1}\"><title>{2}</title><rect width=\"{0}\" height=\"{1}\" fill=\"#FFFFFF\"/>",
-      width, height, escaped(map.title));
-  svg += key_of(map);
-  std::string id = map.group + map.name;  // letters and digits only
-  std::erase_if(id, [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); });
-  for (int p = 0; p < panels; ++p) {
-    const Side& side = map.sides[size_t(p)];
-    auto panel = report::drawn(panel_of(map, side), fmt::format("{}{}", id, p));
-    if (!panel) return panel.error();
-    // The title of a long axis may extend beyond it.
-    panel->replace(0, 4, "<svg overflow=\"visible\"");
-    const int x = kLeft_px + p % kPanelsInARow * kPanelWidth_px;
-    const int y = top + p / kPanelsInARow * (kPanelHeight_px + kTitle_px);
-    svg += fmt::format(
-        "<text x=\"{}\" y=\"{}\" {} font-size=\"15\" font-weight=\"600\">{}</text><g "
-        "transform=\"translate({} {})\">{}</g>",
-        x + 76, y + 21, kText, escaped(side.method), x, y + kTitle_px, *panel);
+report::HeatMap plot_of(const StabilityMap& map) {
+  report::HeatMap plot;
+  plot.title = map.title;
+  plot.x = axis_of(map.x);
+  plot.y = axis_of(map.y);
+  plot.x_values = map.x.at;
+  plot.y_values = map.y.at;
+  plot.bar = {with_unit(map.colour, map.colour_unit), map.logarithmic, map.lowest, map.highest};
+  for (const Border& border : map.borders) {
+    report::Border& line = plot.borders.emplace_back();
+    line.name = "theory: " + border.name;
+    for (const glm::dvec2 p : border.points) line.points.emplace_back(p.x, p.y);
   }
-  return svg + "</svg>";
+  for (const Side& side : map.sides) {
+    report::Panel& panel = plot.panels.emplace_back();
+    panel.title = side.method;
+    for (const Cell& cell : side.cells) panel.values.push_back(cell.value);
+    panel.marks = {
+        marked(map, side, Outcome::kFlagged, "it failed, and said so", report::CellMark::kDot),
+        marked(map, side, Outcome::kSilent, "it failed, and nobody was told (no mark: it held)",
+               report::CellMark::kCross)};
+  }
+  plot.width_px = 470;
+  plot.height_px = 380;
+  return plot;
 }
 
 }  // namespace
@@ -173,7 +98,9 @@ report::Table table_of(const StabilityMap& map) {
 }
 
 Result<report::Section> section_of(const StabilityMap& map) {
-  auto picture = picture_of(map);
+  std::string id = map.group + map.name;  // letters and digits only
+  std::erase_if(id, [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); });
+  auto picture = report::drawn(plot_of(map), id);
   if (!picture) return picture.error();
   report::Figure figure;
   figure.title = map.title;

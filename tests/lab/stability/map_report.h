@@ -9,7 +9,7 @@ namespace palpate::stability {
 
 /// A section with the map's meaning as its answer and one picture: the methods side by side in the
 /// same colours, dots for reported failures, crosses for silent ones, and the theoretical border.
-/// Errors: as report::drawn(). Starts gnuplot once per method.
+/// Errors: as report::drawn().
 Result<report::Section> section_of(const StabilityMap& map);
 
 /// Every cell as a row.

@@ -25,7 +25,7 @@ FeelMeasures measure_feel(const StudyRun& run);
 /// Sentences about the measurements, computed from them alone.
 std::vector<std::string> feel_sentences(const FeelMeasures& measures);
 
-/// Feel's part of the report. Errors: gnuplot missing.
+/// Feel's part of the report. Errors: matplotlib missing.
 Result<report::Section> feel_section(const FeelMeasures& measures);
 
 }  // namespace palpate::studies

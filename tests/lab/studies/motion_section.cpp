@@ -130,17 +130,13 @@ Result<std::vector<report::Part>> parts_of(const MotionMeasures& measures) {
   if (!svg) return svg.error();
   const report::Table table = motion_table(measures);
   parts.push_back(report::Figure{chart.title, std::move(*svg), caption_of(measures), table});
-  std::string choose = joined(deadline_sentences(measures)) + "\n\n" +
-                       joined(error_sentences(measures)) + "\n\n" +
-                       joined(preset_sentences(measures));
-  parts.push_back(report::Note{choose, false});
+  for (const report::Table& choice : {choice_table(measures), preset_table(measures)})
+    if (!choice.rows.empty()) parts.push_back(report::TablePart{choice, false});
   auto reliability = reliability_figure(measures);
   if (!reliability) return reliability.error();
   if (*reliability) parts.emplace_back(std::move(**reliability));
   for (const std::string& missing : measures.missing) parts.push_back(report::Note{missing, true});
-  report::Table sweeps{"What each change does: " + measures.name, "", {{"finding", "finding"}}, {}};
-  for (std::string& sentence : sweep_sentences(measures))
-    sweeps.rows.push_back({report::words(std::move(sentence))});
+  const report::Table sweeps = sweep_table(measures);
   if (!sweeps.rows.empty()) parts.push_back(report::TablePart{sweeps, true});
   parts.push_back(report::TablePart{table, true});
   return parts;

@@ -7,8 +7,8 @@
 
 namespace palpate::studies {
 
-/// Motion's part of the report: for each pair the answers in words, error over time with the front,
-/// and the table. Errors: kBadInput if gnuplot is missing.
+/// Motion's part of the report: for each pair error over time with the front, what to take,
+/// and the table. Errors: kBadInput if matplotlib is missing.
 Result<report::Section> motion_section(const std::vector<MotionMeasures>& pairs);
 
 }  // namespace palpate::studies

@@ -42,11 +42,50 @@ std::string error_text(const MotionMeasure& row) {
   return fmt::format("{:.3g} mm ({:.2g} voxels)", row.error_mm, row.error_voxels());
 }
 
-std::string change_text(double ours, double other, double margin, const char* less,
-                        const char* more) {
-  const double change = ours / other - 1.0;
-  if (std::abs(change) <= margin) return "";
-  return fmt::format("{:.0f} % {}", 100.0 * std::abs(change), change < 0 ? less : more);
+/// What to take for a wish.
+struct Choice {
+  double wish = 0.0;
+  const MotionMeasure* row = nullptr;
+};
+
+/// The most accurate setting for each round number of seconds on the front. Each setting once.
+std::vector<Choice> deadline_choices(const std::vector<const MotionMeasure*>& front) {
+  std::vector<Choice> choices;
+  if (front.empty()) return choices;
+  std::vector<double> deadlines = round_numbers(front.front()->seconds, front.back()->seconds);
+  // One above the slowest, so that the most accurate setting is there too.
+  const auto beyond = round_numbers(front.back()->seconds, 10.0 * front.back()->seconds);
+  if (!beyond.empty()) deadlines.push_back(beyond.front());
+  for (const double deadline : deadlines) {
+    const MotionMeasure* best = nullptr;
+    for (const MotionMeasure* row : front)
+      // In decreasing order of error.
+      if (row->seconds <= deadline) best = row;
+    if (best && (choices.empty() || choices.back().row != best))
+      choices.push_back({deadline, best});
+  }
+  return choices;
+}
+
+/// The fastest setting for each round number of mm on the front, from coarse to fine.
+std::vector<Choice> error_choices(const std::vector<const MotionMeasure*>& front) {
+  std::vector<Choice> choices;
+  if (front.empty()) return choices;
+  auto wishes = round_numbers(front.back()->error_mm, 1.0001 * front.front()->error_mm);
+  if (wishes.empty()) wishes.push_back(front.back()->error_mm);
+  std::reverse(wishes.begin(), wishes.end());
+  for (const double wish : wishes) {
+    const auto fastest = std::find_if(front.begin(), front.end(), [&](const MotionMeasure* row) {
+      return row->error_mm <= wish;
+    });
+    if (fastest != front.end() && (choices.empty() || choices.back().row != *fastest))
+      choices.push_back({wish, *fastest});
+  }
+  return choices;
+}
+
+report::Cell percent(double ratio) {
+  return report::number(100.0 * (ratio - 1.0), 0);
 }
 
 }  // namespace
@@ -56,84 +95,60 @@ std::string time_text(double seconds) {
 }
 
 std::vector<std::string> deadline_sentences(const MotionMeasures& measures) {
-  const auto front = front_rows(measures);
   std::vector<std::string> sentences;
-  if (front.empty()) return sentences;
-  const MotionMeasure* last = nullptr;
-  std::vector<double> deadlines = round_numbers(front.front()->seconds, front.back()->seconds);
-  // One above the slowest, so that the most accurate setting has a sentence too.
-  const auto beyond = round_numbers(front.back()->seconds, 10.0 * front.back()->seconds);
-  if (!beyond.empty()) deadlines.push_back(beyond.front());
-  for (const double deadline : deadlines) {
-    const MotionMeasure* best = nullptr;
-    for (const MotionMeasure* row : front)
-      // In decreasing order of error.
-      if (row->seconds <= deadline) best = row;
-    if (!best || best == last) continue;
+  for (const auto& [deadline, row] : deadline_choices(front_rows(measures)))
     sentences.push_back(fmt::format("With {} for a pair, take \"{}\": {} in {}.",
-                                    time_text(deadline), best->name, error_text(*best),
-                                    time_text(best->seconds)));
-    last = best;
-  }
+                                    time_text(deadline), row->name, error_text(*row),
+                                    time_text(row->seconds)));
   return sentences;
 }
 
-std::vector<std::string> error_sentences(const MotionMeasures& measures) {
+report::Table choice_table(const MotionMeasures& measures) {
+  report::Table table{"What to take: " + measures.name,
+                      "",
+                      {{"wish", "at most"},
+                       {"setting", "take"},
+                       {"time_s", "s"},
+                       {"error_mm", "error, mm"},
+                       {"error_voxels", "voxels"}},
+                      {}};
+  const auto add = [&](std::string wish, const MotionMeasure& row) {
+    table.rows.push_back({report::words(std::move(wish)), report::words(row.name),
+                          report::number(row.seconds, 3), report::number(row.error_mm, 3),
+                          report::number(row.error_voxels(), 3)});
+  };
   const auto front = front_rows(measures);
-  std::vector<std::string> sentences;
-  if (front.empty()) return sentences;
-  const MotionMeasure* last = nullptr;
-  auto wishes = round_numbers(front.back()->error_mm, 1.0001 * front.front()->error_mm);
-  if (wishes.empty()) wishes.push_back(front.back()->error_mm);
-  std::reverse(wishes.begin(), wishes.end());
-  for (const double wish : wishes) {
-    const auto fastest = std::find_if(front.begin(), front.end(), [&](const MotionMeasure* row) {
-      return row->error_mm <= wish;
-    });
-    if (fastest == front.end() || *fastest == last) continue;
-    sentences.push_back(fmt::format("For an error of at most {:.3g} mm, take \"{}\": {} in {}.",
-                                    wish, (*fastest)->name, error_text(**fastest),
-                                    time_text((*fastest)->seconds)));
-    last = *fastest;
-  }
-  sentences.push_back(fmt::format("The smallest error of all is {}, by \"{}\".",
-                                  error_text(*front.back()), front.back()->name));
-  return sentences;
+  for (const Choice& choice : deadline_choices(front)) add(time_text(choice.wish), *choice.row);
+  for (const Choice& choice : error_choices(front))
+    add(fmt::format("{:.3g} mm", choice.wish), *choice.row);
+  if (!front.empty()) add("the smallest error", *front.back());
+  return table;
 }
 
-std::vector<std::string> preset_sentences(const MotionMeasures& measures) {
+report::Table preset_table(const MotionMeasures& measures) {
+  report::Table table{"Presets that are beaten: " + measures.name,
+                      fmt::format("By a setting that is both faster by {:.0f} % and more accurate "
+                                  "by {:.0f} %; the most accurate of these.",
+                                  100.0 * kTimeMargin, 100.0 * kErrorMargin),
+                      {{"preset", "preset"},
+                       {"beaten_by", "beaten by"},
+                       {"time_percent", "time, %"},
+                       {"error_percent", "error, %"}},
+                      {}};
   const auto ours = ours_of(measures);
-  std::vector<std::string> unbeaten, sentences;
   for (const MotionMeasure* preset : ours) {
     if (!preset->preset) continue;
     const MotionMeasure* better = nullptr;
-    for (const MotionMeasure* row : ours) {
-      if (!report::beats(row->costs(), preset->costs(), kTimeMargin, kErrorMargin)) continue;
-      if (!better || row->error_mm < better->error_mm) better = row;
-    }
-    if (!better) {
-      unbeaten.push_back(preset->name);
-      continue;
-    }
-    sentences.push_back(fmt::format(
-        "\"{}\" is beaten by \"{}\": {} instead of {}, and {:.0f} % less error.", preset->name,
-        better->name, time_text(better->seconds), time_text(preset->seconds),
-        100.0 * (1.0 - better->error_mm / preset->error_mm)));
+    for (const MotionMeasure* row : ours)
+      if (report::beats(row->costs(), preset->costs(), kTimeMargin, kErrorMargin) &&
+          (!better || row->error_mm < better->error_mm))
+        better = row;
+    table.rows.push_back(
+        {report::words(preset->name), report::words(better ? better->name : "none"),
+         better ? percent(better->seconds / preset->seconds) : report::nothing(),
+         better ? percent(better->error_mm / preset->error_mm) : report::nothing()});
   }
-  if (!unbeaten.empty()) {
-    std::string names;
-    for (size_t n = 0; n < unbeaten.size(); ++n)
-      names += (n == 0                     ? ""
-                : n + 1 == unbeaten.size() ? " and "
-                                           : ", ") +
-               ("\"" + unbeaten[n] + "\"");
-    sentences.insert(
-        sentences.begin(),
-        fmt::format("No other setting of palpate is both faster (by {:.0f} %) and more "
-                    "accurate (by {:.0f} %) than {}.",
-                    100.0 * kTimeMargin, 100.0 * kErrorMargin, names));
-  }
-  return sentences;
+  return table;
 }
 
 std::string peer_sentence(const MotionMeasures& measures) {
@@ -155,8 +170,17 @@ std::string peer_sentence(const MotionMeasures& measures) {
                                           : fmt::format("{:.3g} times later", 1.0 / ratio));
 }
 
-std::vector<std::string> sweep_sentences(const MotionMeasures& measures) {
-  std::vector<std::string> sentences;
+report::Table sweep_table(const MotionMeasures& measures) {
+  report::Table table{
+      "What each change does: " + measures.name,
+      fmt::format("Compared with the preset. Less than {:.0f} % of time or {:.0f} % "
+                  "of error is no difference.",
+                  100.0 * kTimeMargin, 100.0 * kErrorMargin),
+      {{"preset", "preset"},
+       {"change", "with"},
+       {"time_percent", "time, %"},
+       {"error_percent", "error, %"}},
+      {}};
   for (const MotionMeasure& row : measures.rows) {
     if (!row.ours || row.preset) continue;
     const std::string preset = row.name.substr(0, row.name.find(','));
@@ -164,18 +188,11 @@ std::vector<std::string> sweep_sentences(const MotionMeasures& measures) {
         std::find_if(measures.rows.begin(), measures.rows.end(),
                      [&](const MotionMeasure& r) { return r.preset && r.name == preset; });
     if (base == measures.rows.end() || row.name.size() < preset.size() + 2) continue;
-    const std::string time =
-                          change_text(row.seconds, base->seconds, kTimeMargin, "faster", "slower"),
-                      error = change_text(row.error_mm, base->error_mm, kErrorMargin, "less error",
-                                          "more error");
-    std::string change = time.empty() && error.empty() ? "no difference"
-                         : time.empty()                ? error + ", as fast"
-                         : error.empty()               ? time + ", as accurate"
-                                                       : time + ", " + error;
-    sentences.push_back(
-        fmt::format("{}, with {}: {}.", preset, row.name.substr(preset.size() + 2), change));
+    table.rows.push_back({report::words(preset), report::words(row.name.substr(preset.size() + 2)),
+                          percent(row.seconds / base->seconds),
+                          percent(row.error_mm / base->error_mm)});
   }
-  return sentences;
+  return table;
 }
 
 }  // namespace palpate::studies

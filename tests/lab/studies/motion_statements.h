@@ -5,28 +5,28 @@
 
 #include "tests/lab/studies/motion_study.h"
 
-/// Sentences about measurements, computed from them alone.
+/// What follows from measurements: sentences for the answer, and tables. All is computed from the
+/// measurements alone.
 namespace palpate::studies {
 
 /// The choice for deadlines: one sentence per round number of seconds between the fastest and the
 /// slowest setting on the front.
 std::vector<std::string> deadline_sentences(const MotionMeasures& measures);
 
-/// The choice for an error: one sentence per round number of mm between the best and the worst on
-/// the front.
-std::vector<std::string> error_sentences(const MotionMeasures& measures);
+/// The choice for deadlines and for errors: one row per round number of seconds, and of mm, between
+/// the ends of the front. Without rows if nothing of palpate was measured.
+report::Table choice_table(const MotionMeasures& measures);
 
-/// Each preset's place: on the front, or beaten, with the setting that beats it. A setting beats
-/// another one if it is better in both by more than the margins of motion_choice.h.
-std::vector<std::string> preset_sentences(const MotionMeasures& measures);
+/// Each preset, and the setting that beats it: better in both by more than the margins of
+/// motion_study.h.
+report::Table preset_table(const MotionMeasures& measures);
 
 /// The best peer compared with the fastest preset that is at least as accurate, or that there is
 /// none. Empty without peers.
 std::string peer_sentence(const MotionMeasures& measures);
 
-/// The effect of each sweep relative to the preset that it varies: better, worse or no different in
-/// time and error.
-std::vector<std::string> sweep_sentences(const MotionMeasures& measures);
+/// The effect of each sweep in time and error relative to the preset that it varies.
+report::Table sweep_table(const MotionMeasures& measures);
 
 /// "0.93 s", "12 ms": three figures.
 std::string time_text(double seconds);

@@ -41,7 +41,7 @@ SceneMeasures measure_scene(const StudyRun& run);
 /// Sentences about the measurements, computed from them alone.
 std::vector<std::string> scene_sentences(const SceneMeasures& measures);
 
-/// Scene's part of the report. Errors: gnuplot missing.
+/// Scene's part of the report. Errors: matplotlib missing.
 Result<report::Section> scene_section(const SceneMeasures& measures);
 
 }  // namespace palpate::studies

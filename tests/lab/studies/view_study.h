@@ -31,7 +31,8 @@ report::Table view_table(const std::vector<ViewMeasure>& all);
 /// Sentences about the measurements, computed from them alone.
 std::vector<std::string> view_sentences(const std::vector<ViewMeasure>& measures);
 
-/// View's part of the report; missing: sentences about what was left out. Errors: gnuplot missing.
+/// View's part of the report; missing: sentences about what was left out. Errors: matplotlib
+/// missing.
 Result<report::Section> view_section(const std::vector<ViewMeasure>& measures,
                                      const std::vector<std::string>& missing);
 

@@ -352,6 +352,31 @@ static class PalpateTest
         }
     }
 
+    static void TestReadsFramesOfFiles()
+    {
+        var folder = Path.Combine(Path.GetTempPath(), "palpate_frames_" + Process.GetCurrentProcess().Id);
+        Directory.CreateDirectory(folder);
+        try
+        {
+            using (var sequence = new PalSequence(new[] { WriteBall(folder) }))
+            {
+                var summary = sequence.Summary();
+                Equal(summary.FrameCount, 1U, "the number of frames");
+                Equal(summary.Grid.Size.Product, 32768L, "the number of samples");
+                Equal(summary.Grid.SpacingMm.X, BallGrid.SpacingMm.X, "the spacing");
+                var samples = sequence.Frame(0, out var time_s);
+                Equal(time_s, 0.0, "the time");
+                Expect(samples.SequenceEqual(Ball(0).Cast<float>()), "the samples are those of the file");
+                Expect(sequence.Frame(1, out time_s) == null, "there is no other");
+            }
+            Fails(PalResult.BadInput, "nothing.mha", () => new PalSequence(new[] { "nothing.mha" }));
+        }
+        finally
+        {
+            Directory.Delete(folder, true);
+        }
+    }
+
     static string Run(string program, string arguments)
     {
         var start = new ProcessStartInfo(program, arguments) { RedirectStandardOutput = true, UseShellExecute = false };

@@ -42,7 +42,7 @@ namespace Palpate
         None = 0, Movable = 1, TrueSize = 2, NotCyclic = 4, Live = 8, NoMotion = 16, ForgetMotion = 32
     }
     [Flags] public enum PalSessionFlags : uint { None = 0, HostTicks = 1, NoEstimation = 2, NoRealTime = 4, DeadMan = 8, Follow = 16 }
-    [Flags] public enum PalViewFlags : uint { None = 0, NoHand = 1, NoBox = 2, CutOpen = 4 }
+    [Flags] public enum PalViewFlags : uint { None = 0, NoHand = 1, NoBox = 2, CutOpen = 4, NoBackground = 8 }
     [Flags] public enum PalGripSenses : uint { None = 0, Turns = 1, Opens = 2 }
 
     public enum PalTrust { Unknown = 0, Ok = 1, Suspect = 2, Failed = 3 }
@@ -546,6 +546,56 @@ namespace Palpate
         /// <summary>The name of the device, "" if there is none.</summary>
         public string Device => Text.Of(Native.pal_context_device(this));
         internal override PalResult CloseHandle(ref IntPtr closed) => Native.pal_context_close(ref closed);
+    }
+
+    /// <summary>What the headers of a sequence's files say; Notes: a sentence per line.</summary>
+    public sealed class PalSequenceSummary
+    {
+        public uint FrameCount;
+        public bool HasTimes;
+        public PalGrid Grid;
+        public string Notes;
+    }
+
+    /// <summary>Frames from files, in any form that palpate reads. [any thread]</summary>
+    public sealed class PalSequence : PalHandle
+    {
+        readonly long voxels;
+
+        /// <summary>A 4D file, a folder, 3D files in order, or DICOM folders with one frame each. nan_as: what samples become
+        /// that are NaN; null: they are refused.</summary>
+        public PalSequence(IList<string> paths, double? nan_as = null)
+        {
+            using (var memory = new Memory())
+            {
+                var raw = new Native.PalSequenceInfo
+                {
+                    Size = Native.SizeOf<Native.PalSequenceInfo>(), Paths = memory.Utf8(paths, out var count), PathCount = count,
+                    NanAs = nan_as.HasValue ? memory.Structure(nan_as.Value) : IntPtr.Zero
+                };
+                Open((out IntPtr opened) => Native.pal_sequence_open(ref raw, out opened));
+            }
+            voxels = Summary().Grid.Size.Product;
+        }
+
+        public PalSequenceSummary Summary()
+        {
+            var raw = new Native.PalSequenceSummary { Size = Native.SizeOf<Native.PalSequenceSummary>() };
+            Native.Check(Native.pal_sequence_summary(this, ref raw));
+            return new PalSequenceSummary
+            {
+                FrameCount = raw.FrameCount, HasTimes = raw.HasTimes != 0, Grid = raw.Grid, Notes = Text.Of(raw.Notes)
+            };
+        }
+
+        /// <summary>The samples of a frame, x fastest, and its time in s; without times its index. Null after the last.</summary>
+        public float[] Frame(uint index, out double time_s)
+        {
+            var samples = new float[voxels];
+            return Native.Check(Native.pal_sequence_frame(this, index, samples, out time_s)) == PalResult.End ? null : samples;
+        }
+
+        internal override PalResult CloseHandle(ref IntPtr closed) => Native.pal_sequence_close(ref closed);
     }
 
     /// <summary>Takes frames and estimates their motion. [any thread]</summary>
@@ -1315,6 +1365,23 @@ namespace Palpate
         }
 
         [StructLayout(LayoutKind.Sequential)]
+        internal struct PalSequenceInfo
+        {
+            internal uint Size;
+            internal IntPtr Paths;
+            internal uint PathCount;
+            internal IntPtr NanAs;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        internal struct PalSequenceSummary
+        {
+            internal uint Size, FrameCount, HasTimes;
+            internal PalGrid Grid;
+            internal IntPtr Notes;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
         internal struct PalEstimatorInfo
         {
             internal uint Size, Flags;
@@ -1434,6 +1501,13 @@ namespace Palpate
         [DllImport(Library)] internal static extern PalResult pal_context_open(ref PalContextInfo info, out IntPtr context);
         [DllImport(Library)] internal static extern PalResult pal_context_close(ref IntPtr context);
         [DllImport(Library)] internal static extern IntPtr pal_context_device(PalContext context);
+
+        [DllImport(Library)] internal static extern PalResult pal_sequence_open(ref PalSequenceInfo info, out IntPtr sequence);
+        [DllImport(Library)] internal static extern PalResult pal_sequence_close(ref IntPtr sequence);
+        [DllImport(Library)]
+        internal static extern PalResult pal_sequence_summary(PalSequence sequence, ref PalSequenceSummary summary);
+        [DllImport(Library)]
+        internal static extern PalResult pal_sequence_frame(PalSequence sequence, uint index, [In, Out] float[] samples, out double time_s);
 
         [DllImport(Library)]
         internal static extern PalResult pal_estimator_open(PalContext context, ref PalEstimatorInfo info, out IntPtr estimator);

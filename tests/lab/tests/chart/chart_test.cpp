@@ -100,13 +100,13 @@ TEST_F(ChartCommand, RefusesWhatItCanNotChartBeforeItMeasures) {
   EXPECT_EQ(folder.entry_count(), 1U);
 }
 
-TEST_F(ChartCommand, SaysWhatToInstallWhereGnuplotIsMissing) {
+TEST_F(ChartCommand, SaysWhatToInstallWhereMatplotlibIsMissing) {
   const TemporaryFolder folder;
-  const std::string path = std::getenv("PATH");
-  ::setenv("PATH", "/nonexistent", 1);
+  std::ofstream(folder / "matplotlib.py") << "raise ImportError\n";
+  ::setenv("PYTHONPATH", folder.path().c_str(), 1);
   const Outcome result = run({"chart", "feel", "-o", folder / "r.html"});
-  ::setenv("PATH", path.c_str(), 1);
-  expect_refused(result, {"apt-get install gnuplot-nox"});
+  ::unsetenv("PYTHONPATH");
+  expect_refused(result, {"apt-get install python3-matplotlib"});
 }
 
 TEST_F(ChartCommand, MakesAPageOfWhatIsFelt) {

@@ -29,7 +29,7 @@ addEventListener('load', () => {
     return (Math.max(x, y) + 0.05) / (Math.min(x, y) + 0.05); };
   const below = (e) => {
     for (; e; e = e.parentElement) {
-      if (e.tagName === 'svg') return rgb(getComputedStyle(e.querySelector('rect')).fill);
+      if (e.tagName === 'svg') return rgb(getComputedStyle(e.querySelector('path')).fill);
       const c = rgb(getComputedStyle(e).backgroundColor);
       if (c.length < 4 || c[3] > 0.9) return c;
     }
@@ -46,7 +46,7 @@ addEventListener('load', () => {
     letters = Math.min(letters, 12 * svg.getBoundingClientRect().width / svg.viewBox.baseVal.width);
     for (const use of svg.querySelectorAll('use'))
       if (svg.closest("figure").querySelector('h3').textContent === 'Lines')
-        mark = Math.min(mark, contrast(rgb(getComputedStyle(use).color), below(use)));
+        mark = Math.min(mark, contrast(rgb(getComputedStyle(use).fill), below(use)));
   }
   const root = document.documentElement;
   parent.postMessage([matchMedia('(prefers-color-scheme: dark)').matches, root.scrollWidth - innerWidth,
@@ -83,7 +83,7 @@ Page some_page() {
   map.title = "A map";
   map.x = {"x"}, map.y = {"y"};
   map.x_values = {1, 2, 3}, map.y_values = {1, 2};
-  map.values = {0.0, 0.5, 1.0, std::nan(""), 0.2, 0.7};
+  map.panels = {{"", {0.0, 0.5, 1.0, std::nan(""), 0.2, 0.7}, {}}};
   map.bar.title = "share";
   if (const auto svg = drawn(map, "map"))
     first.parts.push_back(Figure{"A map", *svg, "Words.", table});
@@ -150,7 +150,7 @@ Seen look(const Page& page, bool dark, int width) {
 
 TEST(Browser, FollowsTheSystemsColoursAndStaysReadableOnAPhone) {
   const Page page = some_page();
-  ASSERT_EQ(page.sections[0].parts.size(), 4U) << "gnuplot is not installed";
+  ASSERT_EQ(page.sections[0].parts.size(), 4U) << "python3-matplotlib is not installed";
   for (const bool dark : {false, true})
     for (const int width : {400, 1100}) {
       const Seen seen = look(page, dark, width);

@@ -15,6 +15,17 @@ using test::peer;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
+/// A table's rows as text.
+std::vector<std::string> rows_of(const report::Table& table) {
+  std::vector<std::string> rows;
+  for (const auto& row : table.rows) {
+    rows.emplace_back();
+    for (const report::Cell& cell : row)
+      rows.back() += (rows.back().empty() ? "" : "; ") + cell.text;
+  }
+  return rows;
+}
+
 TEST(Statements, NameTheMostAccurateSettingForEachDeadline) {
   const auto rows = measures({ours("fast", 0.4, 0.4, true), ours("balanced", 0.9, 0.2, true),
                               ours("bad", 0.95, 0.9), ours("best", 3.0, 0.1, true)});
@@ -24,30 +35,26 @@ TEST(Statements, NameTheMostAccurateSettingForEachDeadline) {
                           "With 5 s for a pair, take \"best\": 0.1 mm (0.05 voxels) in 3 s."));
 }
 
-TEST(Statements, NameTheFastestSettingForEachError) {
+TEST(Statements, NameTheSettingForEachDeadlineAndEachError) {
   const auto rows = measures({ours("fast", 0.4, 0.45, true), ours("balanced", 0.9, 0.18, true),
                               ours("best", 3.0, 0.11, true)});
-  EXPECT_THAT(
-      error_sentences(rows),
-      ElementsAre("For an error of at most 0.2 mm, take \"balanced\": 0.18 mm (0.09 voxels) "
-                  "in 0.9 s.",
-                  "The smallest error of all is 0.11 mm (0.055 voxels), by \"best\"."));
+  EXPECT_THAT(rows_of(choice_table(rows)),
+              ElementsAre("0.5 s; fast; 0.400; 0.450; 0.225", "1 s; balanced; 0.900; 0.180; 0.090",
+                          "5 s; best; 3.000; 0.110; 0.055", "0.2 mm; balanced; 0.900; 0.180; 0.090",
+                          "the smallest error; best; 3.000; 0.110; 0.055"));
 }
 
 TEST(Statements, SayWhichPresetIsBeatenAndByWhat) {
   const auto rows = measures({ours("fast", 0.4, 0.4, true), ours("balanced", 1.0, 0.2, true),
                               ours("balanced, half the window", 0.5, 0.1)});
-  EXPECT_THAT(preset_sentences(rows),
-              ElementsAre("No other setting of palpate is both faster (by 10 %) and more accurate "
-                          "(by 2 %) than \"fast\".",
-                          "\"balanced\" is beaten by \"balanced, half the window\": 0.5 s instead "
-                          "of 1 s, and 50 % less error."));
+  EXPECT_THAT(rows_of(preset_table(rows)),
+              ElementsAre("fast; none; ; ", "balanced; balanced, half the window; -50; -50"));
 }
 
 TEST(Statements, CallNothingBeatenWithinTheMargins) {
   const auto rows = measures({ours("fast", 1.0, 0.4, true), ours("fast, as good", 0.95, 0.2),
                               ours("fast, as fast", 0.5, 0.399)});
-  EXPECT_THAT(preset_sentences(rows), ElementsAre(HasSubstr("than \"fast\"")));
+  EXPECT_THAT(rows_of(preset_table(rows)), ElementsAre("fast; none; ; "));
 }
 
 TEST(Statements, HoldTheBestPeerAgainstTheFirstPresetThatIsAsGood) {
@@ -68,16 +75,15 @@ TEST(Statements, AdmitWhenAPeerIsBetter) {
 
 TEST(Statements, SayWhatEachChangeDoes) {
   const auto rows = measures({ours("fast", 1.0, 0.4, true), ours("fast, a", 2.0, 0.2),
-                              ours("fast, b", 1.05, 0.401), ours("fast, c", 0.5, 0.4)});
-  EXPECT_THAT(sweep_sentences(rows), ElementsAre("fast, with a: 100 % slower, 50 % less error.",
-                                                 "fast, with b: no difference.",
-                                                 "fast, with c: 50 % faster, as accurate."));
+                              ours("fast, b", 1.05, 0.4), ours("fast, c", 0.5, 0.4)});
+  EXPECT_THAT(rows_of(sweep_table(rows)),
+              ElementsAre("fast; a; 100; -50", "fast; b; 5; 0", "fast; c; -50; 0"));
 }
 
 TEST(Statements, AboutNothingAreEmpty) {
   EXPECT_TRUE(deadline_sentences(measures({})).empty());
-  EXPECT_TRUE(error_sentences(measures({peer("Demons", 1, 1)})).empty());
-  EXPECT_TRUE(preset_sentences(measures({})).empty());
+  EXPECT_TRUE(choice_table(measures({peer("Demons", 1, 1)})).rows.empty());
+  EXPECT_TRUE(preset_table(measures({})).rows.empty());
 }
 
 }  // namespace
