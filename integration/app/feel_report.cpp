@@ -104,7 +104,7 @@ std::vector<std::string> notes_of(const LoadedScene& scene) {
   std::vector<std::string> notes;
   for (const Note& note : scene.notes) notes.push_back(note_text(note));
   for (const auto& volume : scene.data)
-    if (const auto note = assumed_times_note(*volume, !scene.from_sequence))
+    if (const auto note = times_note(*volume, !scene.from_sequence))
       notes.push_back(note_text(*note));
   return notes;
 }

@@ -222,7 +222,7 @@ PalResult open_scene(PalContext* context, const PalSceneInfo* given, PalScene** 
   request->sequence.given.clear();  // the scene has what it needs of them
   content->request = std::move(*request);
   for (const auto& volume : content->scene.data)
-    if (auto note = assumed_times_note(*volume, !content->scene.from_sequence))
+    if (auto note = times_note(*volume, !content->scene.from_sequence))
       content->scene.notes.push_back(std::move(*note));
   for (const Note& note : content->scene.notes) content->context->say(note_text(note).c_str());
   *scene = reinterpret_cast<PalScene*>(Handle<SceneContent>::make(std::move(content)));

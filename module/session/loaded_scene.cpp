@@ -7,8 +7,17 @@
 
 namespace palpate {
 
-std::optional<Note> assumed_times_note(const MovingVolume& volume, bool of_scene_file) {
-  if (!volume.times.assumed) return std::nullopt;
+std::optional<Note> times_note(const MovingVolume& volume, bool of_scene_file) {
+  // From a mouse's heart to a breath that is held for a while.
+  constexpr double kShortestCycle_s = 0.08, kLongestCycle_s = 15.0;
+  if (!volume.times.assumed) {
+    const double cycle_s = volume.times.cycle_s;
+    const bool beats = cycle_s >= kShortestCycle_s && cycle_s <= kLongestCycle_s;
+    if (of_scene_file || !volume.times.cyclic() || beats || volume.is_still() ||
+        volume.frames.front()->is_vector())
+      return std::nullopt;
+    return Note{NoteKind::kOddCycle, {cycle_s, 60.0 / cycle_s}, {volume.name}};
+  }
   const auto frames = double(volume.times.times_s.size());
   const double step_s = volume.times.times_s[1] - volume.times.times_s[0];
   return Note{

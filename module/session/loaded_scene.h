@@ -37,9 +37,9 @@ struct LoadedScene {
   ModeKinds kinds;  ///< kinds of modes that the spec may name
 };
 
-/// The note on a volume with assumed times; none where they are known. of_scene_file: what says
-/// them stands in a scene file.
-std::optional<Note> assumed_times_note(const MovingVolume& volume, bool of_scene_file);
+/// The note on a volume whose times are assumed, or whose cycle is that of no heart and no breath;
+/// none otherwise. of_scene_file: what says the times stands in a scene file.
+std::optional<Note> times_note(const MovingVolume& volume, bool of_scene_file);
 
 /// Removes the known motion of synthetic data, so that it is estimated as for measured data.
 void forget_motion(LoadedScene& scene);

@@ -102,6 +102,12 @@ std::string note_text(const Note& note) {
           "The times of the frames of {} are not known: all {:.0f} are played in {:.3g} s; "
           "{} says otherwise.",
           words.at(0), n.at(0), n.at(1), words.at(1));
+    case NoteKind::kOddCycle:
+      return fmt::format(
+          "One cycle of {} takes {:.3g} s, {:.3g} a minute: no heart and no breath. "
+          "`frames_per_second` says otherwise; `cyclic` says that the last frame does not lead "
+          "back to the first.",
+          words.at(0), n.at(0), n.at(1));
     case NoteKind::kScaledDown:
       return fmt::format("It is shown at {:.2g} of its size so that the device reaches all of it.",
                          n.at(0));

@@ -24,6 +24,7 @@ enum class NoteKind : uint8_t {
   kOwnBox,        ///< words: volume; numbers: its box, m, and the scene's (none: it gives none)
   kStandsStill,   ///< words: "segmentation" or "wall", volume; numbers: frame
   kAssumedTimes,  ///< words: volume, what says the times; numbers: frames, s of all
+  kOddCycle,      ///< words: volume; numbers: s of a cycle, cycles a minute
   kScaledDown,    ///< numbers: the share of its size
 };
 

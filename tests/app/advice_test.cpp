@@ -28,6 +28,9 @@ TEST(Advice, SpellsTheKeysOfOptionsInNotes) {
       {{NoteKind::kAlongVectors, {12.0}, {}},
        "These are vectors: the hand is guided along them, with full force at a length of 12; "
        "--iso-value and --width say otherwise, and a scene file offers other modes."},
+      {{NoteKind::kOddCycle, {20.0, 3.0}, {"heart"}},
+       "One cycle of heart takes 20 s, 3 a minute: no heart and no breath. --fps says "
+       "otherwise; --not-cyclic says that the last frame does not lead back to the first."},
       {{NoteKind::kAssumedTimes, {20.0, 1.0}, {"heart_cine", "`frames_per_second`"}},
        "The times of the frames of heart_cine are not known: all 20 are played in 1 s; --fps says "
        "otherwise."}};

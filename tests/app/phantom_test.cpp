@@ -60,6 +60,9 @@ TEST_F(PhantomTest, IsPlayedInASecondWhereNobodyKnowsItsTimes) {
   EXPECT_THAT(run({"info", frames_}).out, HasSubstr("not known: all frames are played in 1 s"));
   const Outcome asked = run({"plan", frames_, "--fps", "2"});
   EXPECT_THAT(asked.out, AllOf(HasSubstr("frames     4 in 2 s"), Not(HasSubstr("times of"))));
+  // A heart that beats so slowly has wrong times.
+  EXPECT_THAT(run({"plan", frames_, "--fps", "0.1"}).out,
+              HasSubstr("One cycle of frames takes 40 s, 1.5 a minute"));
   for (const std::string& known : {whole_, series_})
     EXPECT_THAT(run({"plan", known}).out,
                 AllOf(HasSubstr("frames     4 in 1 s"), Not(HasSubstr("times of"))));
