@@ -21,20 +21,16 @@ static class Program
     {
         using (var context = new PalContext(new PalContextInfo { Flags = PalContextFlags.NoGpu })) System.Console.WriteLine(PalInfo.Version);
     }
-}
-"""
-# What a page leaves out of its lines.
-AROUND = """
-using Palpate;
-static class Page
-{
     static bool running = true;
     static void Show(PalVector place, PalVector force, string why) { }
-    static void Run(PalVector grip_m, long now_ns, PalSession session)
+%s}
+"""
+# The lines of a page, with what they leave out.
+METHOD = """
+    static void Run%d(PalVector grip_m, long now_ns, PalSession session)
     {
         %s
     }
-}
 """
 
 
@@ -75,18 +71,19 @@ with tempfile.TemporaryDirectory() as folder:
     for file in nuspec.findall(f".//{name}file"):
         assert (package / file.get("src")).is_file(), file.get("src")
 
+    # The lines of the pages, one method each, beside that program.
+    methods = ""
+    for page in (source / "docs/using/hosts.md", source / "integration/toolkit/dotnet/README.md"):
+        for lines in re.findall(r"```csharp\n(.*?)```", page.read_text(), re.S):
+            # The session of the last line is not the one that the lines before have opened.
+            lines = lines.replace("var session", "var felt").replace("session.GetState", "felt.GetState")
+            methods += METHOD % (methods.count("static void Run"), lines)
+    assert methods.count("static void Run") == 2, methods
+    (out / "program.cs").write_text(SMALLEST % methods)
     # A program with the package's source and library alone.
     plugins = package / "Runtime/Plugins/Linux/x86_64"
     assert (plugins / "libpalpate.so").stat().st_size < 20e6, "it is not stripped"
-    (out / "program.cs").write_text(SMALLEST)
-    run(mcs, "-r:System.Core.dll", f"-out:{out}/program.exe", out / "program.cs", *package.glob("Runtime/*.cs"))
+    run(mcs, "-langversion:7.2", "-r:System.Core.dll", f"-out:{out}/program.exe", out / "program.cs", *package.glob("Runtime/*.cs"))
     said = run(mono, out / "program.exe", env={**os.environ, "LD_LIBRARY_PATH": str(plugins)})
     major, minor, patch = map(int, version.split("."))
     assert int(said) == major << 16 | minor << 8 | patch, said
-
-    for page in (source / "docs/using/hosts.md", source / "integration/toolkit/dotnet/README.md"):
-        for k, lines in enumerate(re.findall(r"```csharp\n(.*?)```", page.read_text(), re.S)):
-            # A page's loop has the names of its own variables.
-            text = lines.replace("PalVector force_n = session.Tick(", "session.Tick(").replace("var session", "var felt").replace("session.GetState", "felt.GetState")
-            (out / "page.cs").write_text(AROUND % text)
-            run(mcs, "-langversion:7.2", "-target:library", "-r:System.Core.dll", f"-out:{out}/page.dll", out / "page.cs", *package.glob("Runtime/*.cs"))
