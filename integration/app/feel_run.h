@@ -33,6 +33,8 @@ struct FeelCommand {
   bool pass_through = false;
   std::optional<uint32_t> overlay;  ///< draw above another OpenXR program
 
+  bool page_hand = false;  ///< the hand is one in the live page, without a force device
+
   bool hand() const { return !request.shown_only; }
 };
 
