@@ -233,6 +233,11 @@ function handPlace() {
   return add(hand.from, hand.ray, hand.depth + beyond / length(hand.ray));
 }
 
+// Apart from drawing, which may be slower: palpate lets go of a hand that is silent.
+setInterval(() => {
+  if (hand) send({hand: handPlace()});
+}, 20);
+
 // Playing.
 
 const isPlaying = () => state && state.rate !== 0;
@@ -307,8 +312,8 @@ function resize() {
 function adapt(now) {
   const took = now - lastDrawn;
   lastDrawn = now;
-  if (fixed || took > 1000) return;
-  if (took > kSlow_ms) resolution = Math.max(kLeastScale, 0.9 * resolution);
+  if (fixed || document.hidden) return;
+  if (took > kSlow_ms) resolution = Math.max(kLeastScale, resolution * Math.max(0.5, Math.sqrt(kSlow_ms / took)));
   else if (took < kQuick_ms) resolution = Math.min(1, 1.02 * resolution);
 }
 
@@ -327,7 +332,6 @@ function drawPicture(now) {
 function loop(now) {
   requestAnimationFrame(loop);
   if (!scene || !view || headset || view.gl.isContextLost()) return;
-  if (hand) send({hand: handPlace()});
   drawPicture(now);
 }
 requestAnimationFrame(loop);

@@ -100,27 +100,37 @@ void main() {
   back = vec4(best - x, 1.0);
 }`;
 
-// A layer of the volume at its phase: slope (shares per mm) and value, equations (23) to (25) as in brick.comp.
+// A layer of the values at their phase, equations (23) to (25) as in brick.comp.
 const kCarry = `#version 300 es
 precision highp float;
 precision highp sampler3D;
 uniform sampler3D nodes, frame, next;
-uniform vec3 size, nodeSize, perMm;
+uniform vec3 size, nodeSize;
 uniform vec4 how; // weights of both frames, 1 where nodes are read, 1 / phase
 uniform float layer;
-out vec4 surface;
-float value(vec3 voxel) {
+out float value;
+void main() {
+  vec3 voxel = vec3(gl_FragCoord.xy - 0.5, layer);
   vec3 back = how.z > 0.0 ? textureLod(nodes, (voxel / ${kNode}.0 + 0.5) / nodeSize, 0.0).xyz : vec3(0.0);
   vec3 y = voxel + back + 0.5;
-  float v = how.x * textureLod(frame, y / size, 0.0).x;
-  if (how.y > 0.0) v += how.y * textureLod(next, (y - how.w * back) / size, 0.0).x;
-  return v;
-}
+  value = how.x * textureLod(frame, y / size, 0.0).x;
+  if (how.y > 0.0) value += how.y * textureLod(next, (y - how.w * back) / size, 0.0).x;
+}`;
+
+// A layer of what rays read: slope (shares per mm), by central differences, and value.
+const kSlopes = `#version 300 es
+precision highp float;
+precision highp sampler3D;
+uniform sampler3D values;
+uniform vec3 perMm;
+uniform float layer;
+out vec4 surface;
+float value(ivec3 at, ivec3 last) { return texelFetch(values, clamp(at, ivec3(0), last), 0).x; }
 void main() {
-  vec3 x = vec3(gl_FragCoord.xy - 0.5, layer);
-  vec3 slope = vec3(value(x + vec3(1, 0, 0)) - value(x - vec3(1, 0, 0)), value(x + vec3(0, 1, 0)) - value(x - vec3(0, 1, 0)),
-    value(x + vec3(0, 0, 1)) - value(x - vec3(0, 0, 1)));
-  surface = vec4(0.5 * perMm * slope, value(x));
+  ivec3 x = ivec3(gl_FragCoord.xy, layer), last = textureSize(values, 0) - 1;
+  vec3 slope = vec3(value(x + ivec3(1, 0, 0), last) - value(x - ivec3(1, 0, 0), last),
+    value(x + ivec3(0, 1, 0), last) - value(x - ivec3(0, 1, 0), last), value(x + ivec3(0, 0, 1), last) - value(x - ivec3(0, 0, 1), last));
+  surface = vec4(0.5 * perMm * slope, value(x, last));
 }`;
 
 // A layer of bricks of 8 x 8 x 8 cells: 1 where some value in the brick has extinction.
@@ -303,10 +313,11 @@ export class VolumeView {
     const gl = canvas.getContext('webgl2', {alpha: false, antialias: false, depth: false, powerPreference: 'high-performance',
       preserveDrawingBuffer: true, xrCompatible: true});
     if (!gl) throw new Error('This browser has no WebGL 2, which draws the volume: use another one.');
-    if (!gl.getExtension('EXT_color_buffer_float') && !gl.getExtension('EXT_color_buffer_half_float'))
+    this.full = gl.getExtension('EXT_color_buffer_float') !== null;
+    if (!this.full && !gl.getExtension('EXT_color_buffer_half_float'))
       throw new Error('This browser\'s WebGL can not draw into half floats: use another one, or another graphics driver.');
     this.gl = gl;
-    this.programs = {nodes: this.program(kNodes), carry: this.program(kCarry), bricks: this.program(kBricks), rays: this.program(kRays)};
+    this.programs = {nodes: this.program(kNodes), carry: this.program(kCarry), slopes: this.program(kSlopes), bricks: this.program(kBricks), rays: this.program(kRays)};
     this.framebuffer = gl.createFramebuffer();
     this.none = gl.createVertexArray();
     this.still = this.volumeTexture([1, 1, 1], gl.RGB16F, gl.RGB, new Uint16Array(3));
@@ -336,12 +347,12 @@ export class VolumeView {
     return {made, places};
   }
 
-  volumeTexture(size, format, channels, data, type = this.gl.HALF_FLOAT) {
+  volumeTexture(size, format, channels, data, type = this.gl.HALF_FLOAT, filter = this.gl.LINEAR) {
     const gl = this.gl, texture = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_3D, texture);
     for (const axis of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T, gl.TEXTURE_WRAP_R]) gl.texParameteri(gl.TEXTURE_3D, axis, gl.CLAMP_TO_EDGE);
-    gl.texParameteri(gl.TEXTURE_3D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
-    gl.texParameteri(gl.TEXTURE_3D, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
+    gl.texParameteri(gl.TEXTURE_3D, gl.TEXTURE_MIN_FILTER, filter);
+    gl.texParameteri(gl.TEXTURE_3D, gl.TEXTURE_MAG_FILTER, filter);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     gl.texImage3D(gl.TEXTURE_3D, 0, format, ...size, 0, channels, type, data);
     return texture;
@@ -374,9 +385,11 @@ export class VolumeView {
     if (!this.scene || this.scene.size.join() !== scene.size.join()) {
       gl.deleteTexture(this.surface ?? null);
       gl.deleteTexture(this.nodes ?? null);
+      gl.deleteTexture(this.values ?? null);
       gl.deleteTexture(this.bricks ?? null);
       this.bricks = this.volumeTexture(scene.size.map((n) => Math.ceil(n / kBrick)), gl.R8, gl.RED, null, gl.UNSIGNED_BYTE);
       this.surface = this.volumeTexture(scene.size, gl.RGBA16F, gl.RGBA, null);
+      this.values = this.volumeTexture(scene.size, this.full ? gl.R32F : gl.R16F, gl.RED, null, this.full ? gl.FLOAT : gl.HALF_FLOAT, gl.NEAREST);
       this.nodes = this.volumeTexture(nodes, gl.RGBA16F, gl.RGBA, null);
     }
     this.nodeSize = nodes;
@@ -445,9 +458,12 @@ export class VolumeView {
     this.bind(to.next, this.parts.get(scene.frames[frames[1]]));
     gl.uniform3fv(to.size, scene.size);
     gl.uniform3fv(to.nodeSize, this.nodeSize);
-    gl.uniform3fv(to.perMm, scene.spacing_mm.map((s) => 1 / s));
     gl.uniform4f(to.how, shares[0], shares[1], moves ? 1 : 0, perPhase);
-    this.drawLayers(this.surface, scene.size, to.layer);
+    this.drawLayers(this.values, scene.size, to.layer);
+    const slopes = this.use(this.programs.slopes);
+    this.bind(slopes.values, this.values);
+    gl.uniform3fv(slopes.perMm, scene.spacing_mm.map((s) => 1 / s));
+    this.drawLayers(this.surface, scene.size, slopes.layer);
     const bricks = this.use(this.programs.bricks);
     this.bind(bricks.volume, this.surface);
     this.bind(bricks.look, this.parts.get(scene.look), gl.TEXTURE_2D);
@@ -505,8 +521,7 @@ export class VolumeView {
     if (!this.probe) {
       this.probe = {texture: gl.createTexture(), framebuffer: gl.createFramebuffer()};
       gl.bindTexture(gl.TEXTURE_2D, this.probe.texture);
-      const full = gl.getExtension('EXT_color_buffer_float') !== null;
-      gl.texStorage2D(gl.TEXTURE_2D, 1, full ? gl.RGBA32F : gl.RGBA16F, 1, 1);
+      gl.texStorage2D(gl.TEXTURE_2D, 1, this.full ? gl.RGBA32F : gl.RGBA16F, 1, 1);
       gl.bindFramebuffer(gl.FRAMEBUFFER, this.probe.framebuffer);
       gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.probe.texture, 0);
     }
