@@ -28,6 +28,7 @@
 #include "integration/running/open_session.h"
 #include "integration/running/replay.h"
 #include "integration/web/live_page.h"
+#include "integration/web/qr_code.h"
 #include "integration/web/web_page.h"
 #include "module/haptics/servo/emergency.h"
 #include "module/session/gallery.h"
@@ -232,6 +233,9 @@ class FeelRun {
         "          its certificate is palpate's own, so that browsers warn; its SHA-256 is\n"
         "          {}",
         server.fingerprint()));
+    // For a phone or a headset; an address of this machine alone is of no use to them.
+    if (server.page_addresses().size() > 1 || command_.request.web_address != "127.0.0.1")
+      console_.say(web::qr_text(server.page_addresses().back()));
   }
 
   Status choose_viewers() {

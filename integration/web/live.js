@@ -7,6 +7,7 @@ const canvas = find('picture');
 const kHeightAngle = 0.55, kSteepest = 1.5;           // radians
 const kMostForce = 4;                                 // N, of a full bar
 const kApproach_s = 0.25;                             // from in front of the surface to where the hand is put
+const kGate_ms = 700;                                 // so long it waits at most in front
 const kPushPerNotch = 1 / 40;                         // of the ball around the volume
 const kSlow_ms = 40, kQuick_ms = 20, kLeastScale = 0.2;
 
@@ -153,7 +154,7 @@ function rayOf(from, [x, y]) {
 }
 
 const pointers = new Map();
-let hand = null;  // {ray, from, depth, since}: a pointer that touches
+let hand = null;  // a pointer that touches: {ray, from, depth, begun; since: when it began to move in}
 let push = 0;     // m, beyond the surface
 
 function reach(at) {
@@ -170,7 +171,7 @@ canvas.addEventListener('pointerdown', (event) => {
   const hit = reach(shares(event));
   if (hit) {
     push = 2 * ball() * Number(find('depth').value);
-    hand = {...hit, since: performance.now()};
+    hand = {...hit, since: null, begun: performance.now()};
   }
 });
 canvas.addEventListener('pointermove', (event) => {
@@ -226,11 +227,25 @@ function letGo() {
 }
 window.addEventListener('blur', letGo);
 
-/** Where the hand is put now: it comes from in front, so that it meets the surface from outside. */
+/** The depth at which a ray enters the box around the volumes. */
+function entry({from, ray}) {
+  const near = [0, 1, 2].map((a) => {
+    const way = Math.abs(ray[a]) > 1e-9 ? ray[a] : 1e-9;
+    return Math.min((scene.low_m[a] - from[a]) / way, (scene.high_m[a] - from[a]) / way);
+  });
+  return Math.max(0.02, ...near);
+}
+
+/**
+ * Where the hand is put now: in front, until palpate gives it a force (its start gate opens in free space only), then on a way that meets
+ * the surface from outside.
+ */
 function handPlace() {
-  const share = Math.min(1, (performance.now() - hand.since) / 1000 / kApproach_s);
-  const beyond = (1 - share) * -0.2 * ball() + share * push;
-  return add(hand.from, hand.ray, hand.depth + beyond / length(hand.ray));
+  const now = performance.now();
+  if (hand.since === null && ((state?.holder === me && !state.cause) || now - hand.begun > kGate_ms)) hand.since = now;
+  const share = hand.since === null ? 0 : Math.min(1, (now - hand.since) / 1000 / kApproach_s);
+  const outside = Math.min(hand.depth, entry(hand)), inside = hand.depth + push / length(hand.ray);
+  return add(hand.from, hand.ray, outside + share * (inside - outside));
 }
 
 // Apart from drawing, which may be slower: palpate lets go of a hand that is silent.
@@ -259,11 +274,13 @@ find('help-button').addEventListener('click', () => {
 /** Edges of the data, and the hand: a ball at the surface that it touches, and the force as an arrow. */
 function things() {
   const size = ball() / 0.1, at = place(), list = [];
+  // At least as wide as a pixel.
+  const edge = Math.max(0.0004 * size, 1.4 * Math.tan(kHeightAngle / 2) * camera.distance / canvas.height);
   const corner = (c) => point(at, [0, 1, 2].map((a) => (c >> a & 1 ? scene.box_high_m[a] : scene.box_low_m[a])));
   for (let c = 0; c < 8; ++c)
     for (let a = 0; a < 3; ++a)
       if (!(c >> a & 1))
-        list.push({from: corner(c), to: corner(c | 1 << a), radius: 0.0004 * size, toRadius: 0.0004 * size, colour: [0.42, 0.46, 0.54]});
+        list.push({from: corner(c), to: corner(c | 1 << a), radius: edge, toRadius: edge, colour: [0.42, 0.46, 0.54]});
   if (!state || (scene.can_touch && state.holder === 0)) return list;
   const share = Math.min(1, length(state.force_n) / kMostForce), radius = scene.tool_m > 0 ? scene.tool_m : 0.007 * size;
   const ballAt = state.touches ? state.proxy_m : state.probe_m;
@@ -325,7 +342,7 @@ function drawPicture(now) {
   placeLetters(from);
   find('phase').textContent = phaseText();
   const long = scene.cycle_s > 0 ? scene.cycle_s : scene.times_s.at(-1);
-  if (document.activeElement !== find('time') || isPlaying()) find('time').value = long > 0 ? (timeNow() % long) / long : 0;
+  if (document.activeElement !== find('time') || isPlaying()) find('time').value = !(long > 0) ? 0 : scene.cycle_s > 0 ? (timeNow() % long) / long : timeNow() / long;
   adapt(now);
 }
 
@@ -355,7 +372,6 @@ find('headset').addEventListener('click', async () => {
   if (headset) { headset.session.end(); return; }
   try {
     const session = await navigator.xr.requestSession('immersive-vr', {optionalFeatures: ['hand-tracking']});
-    await view.gl.makeXRCompatible?.();
     const layer = new XRWebGLLayer(session, view.gl, {antialias: false, depth: false, framebufferScaleFactor: 0.7});
     session.updateRenderState({baseLayer: layer, depthNear: 0.02});
     const space = await session.requestReferenceSpace('local');
@@ -411,6 +427,8 @@ globalThis.palpate = {
   get state() { return state; },
   get scene() { return scene; },
   get me() { return me; },
+  get view() { return view; },
+  get eye() { return eye(); },
   get headset() { return headset; },
   send,
   shot(size, time_s) {

@@ -9,6 +9,7 @@
 
 #include "compute/vulkan/caught.h"
 #include "integration/web/embedded.h"
+#include "integration/web/qr_code.h"
 #include "module/haptics/servo/real_time.h"
 
 namespace palpate::web {
@@ -58,6 +59,11 @@ Result<std::unique_ptr<LivePage>> LivePage::start(LivePageOptions options) {
   auto started = HttpsServer::start(std::move(server));
   if (!started) return started.error();
   page->server_ = std::move(*started);
+  {
+    const std::lock_guard lock(page->mutex_);
+    page->address_picture_ =
+        std::make_shared<const std::string>(qr_svg(page->server_->page_addresses().back()));
+  }
   return page;
 }
 
@@ -103,6 +109,7 @@ WebReply LivePage::get(std::string_view path) {
   if (path == "live_view.js") return file("text/javascript", Embedded::kLiveView);
   if (path == "live.css") return file("text/css", Embedded::kLiveStyle);
   const std::lock_guard lock(mutex_);
+  if (path == "address.svg") return {"image/svg+xml", address_picture_};
   if (path == "scene") return {"application/json", description_};
   constexpr std::string_view kPart = "part/";
   uint64_t number = 0;

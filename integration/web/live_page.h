@@ -66,7 +66,7 @@ class LivePage {
   std::mutex mutex_;  ///< guards what follows, up to the blank line
   Session* session_ = nullptr;
   PositionSource* hand_ = nullptr;
-  std::shared_ptr<const std::string> description_;
+  std::shared_ptr<const std::string> description_, address_picture_;
   std::map<uint64_t, LiveScene::Part> parts_;
   uint64_t generation_ = 0;
   int volume_ = -1;

@@ -175,6 +175,7 @@ uniform int things, probing;
 uniform vec4 thing[${3 * kMostThings}];           // from and radius, to and radius, colour
 layout(location = 0) out vec4 colourOut;
 const float kStop = 1.0 / 256.0, kFar = 1e30;
+const float kSeen = 0.9; // of the light is left where a pointer touches: also thin walls are met
 
 vec3 encoded(vec3 c) {
   c = clamp(c, 0.0, 1.0);
@@ -288,7 +289,7 @@ void main() {
       float passes = exp(-found.w * (upper - lower)), was = through;
       colour += through * (1.0 - passes) / max(found.w, 1e-20) * found.rgb;
       through *= passes;
-      if (was > 0.5 && through <= 0.5) depth = lower + log(2.0 * was) / max(found.w, 1e-20);
+      if (was > kSeen && through <= kSeen) depth = lower + log(was / kSeen) / max(found.w, 1e-20);
       before = after;
       lower = upper;
     }
@@ -515,7 +516,7 @@ export class VolumeView {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  /** The depth along the eye's axis (m) at which half of the light of one pixel is gone; null: nothing is there. */
+  /** The depth along the eye's axis (m) at which a tenth of the light of one pixel is gone; null: nothing is there. */
   depthAt(eye, place, x, y) {
     const gl = this.gl;
     if (!this.probe) {
