@@ -42,7 +42,7 @@ html_show_copyright = False
 # The order of docs/README.md. Pages that other parts of the build make may be missing.
 contents = {
     "Begin": ["docs/README"],
-    "Use": ["docs/using/install", "docs/using/feel", "docs/using/look", "docs/using/headset", "docs/using/motion", "docs/using/check",
+    "Use": ["docs/using/install", "docs/using/feel", "docs/using/look", "docs/using/headset", "docs/using/web", "docs/using/motion", "docs/using/check",
             "docs/using/cohort", "docs/openigtlink", "docs/scene-file", "docs/x3d", "docs/using/options", "docs/limits"],
     "Embed": ["docs/using/library", "docs/using/hosts", "docs/writing-a-mode", "docs/force-limits"],
     "Reference": ["reference/palpate", "reference/c", "reference/python"],

@@ -210,21 +210,28 @@ std::string periods_text(const ServoStatistics& statistics) {
                      statistics.ticks.load());
 }
 
-nlohmann::json serving_json(const running::ConnectedSession& run) {
+nlohmann::json serving_json(const running::ConnectedSession& run, const web::HttpsServer* page) {
   const auto scene = run.session->scene();
   const MovingVolume& first = *scene->volumes.front().data;
-  return {{"event", "serving"},
-          {"port", run.server->port()},
-          {"volume", first.name},
-          {"frames", first.times.times_s.size()},
-          {"length_s", first.times.length_s()},
-          {"live", run.live != nullptr}};
+  nlohmann::json json = {{"event", "serving"},
+                         {"volume", first.name},
+                         {"frames", first.times.times_s.size()},
+                         {"length_s", first.times.length_s()},
+                         {"live", run.live != nullptr}};
+  if (run.server) json["port"] = run.server->port();
+  if (page) {
+    json["page"] = page->page_addresses();
+    json["page_sha256"] = page->fingerprint();
+  }
+  return json;
 }
 
 nlohmann::json served_json(const running::ConnectedSession& run) {
-  const openigtlink::Server& server = run.server->server();
-  nlohmann::json json = {
-      {"event", "ended"}, {"messages_sent", server.sent()}, {"messages_missed", server.missed()}};
+  nlohmann::json json = {{"event", "ended"}};
+  if (run.server) {
+    json["messages_sent"] = run.server->server().sent();
+    json["messages_missed"] = run.server->server().missed();
+  }
   if (run.live) {
     const openigtlink::ClientNumbers& arrived = run.live->arrived();
     const LiveNumbers numbers = run.live->numbers();

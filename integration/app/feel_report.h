@@ -7,6 +7,7 @@
 #include "compute/volume/result.h"
 #include "integration/charts/timeline.h"
 #include "integration/running/connected_session.h"
+#include "integration/web/https_server.h"
 
 namespace palpate::app {
 
@@ -39,8 +40,8 @@ std::string tubes_text(const ReleasedTubes& tubes);
 std::string periods_text(const ServoStatistics& statistics);
 
 /// What a server sends, once clients may connect, and what it has sent at the end: for programs,
-/// see docs/openigtlink.md.
-nlohmann::json serving_json(const running::ConnectedSession& run);
+/// see docs/openigtlink.md. page: null if there is none.
+nlohmann::json serving_json(const running::ConnectedSession& run, const web::HttpsServer* page);
 nlohmann::json served_json(const running::ConnectedSession& run);
 
 /// Force, depth and phase over time, with title and subtitle.

@@ -27,6 +27,8 @@
 #include "integration/loading/tubes_file.h"
 #include "integration/running/open_session.h"
 #include "integration/running/replay.h"
+#include "integration/web/live_page.h"
+#include "integration/web/qr_code.h"
 #include "integration/web/web_page.h"
 #include "module/haptics/servo/emergency.h"
 #include "module/session/gallery.h"
@@ -86,7 +88,8 @@ class FeelRun {
   int run(CancelOnSignal& cancel) {
     cancel.end_at_once(true);
     if (const Status looking = choose_viewers(); !looking) return fail(console_, looking.error());
-    running::OtherHands others{viewers_.window != nullptr, viewers_.headset != nullptr, true};
+    running::OtherHands others{viewers_.window != nullptr, viewers_.headset != nullptr, true,
+                               command_.page_hand};
     // Only with a device that is simulated by choice: a real hand has the time that it has.
     if (command_.request.device == "simulated" && std::getenv("PALPATE_COMPUTED_TIME"))
       others.clock = &computed_time_.emplace();
@@ -103,6 +106,7 @@ class FeelRun {
       if (!outputs) return fail(console_, outputs.error());
       outputs_.emplace(std::move(*outputs));
     }
+    if (const Status opened = open_page(); !opened) return fail(console_, opened.error());
     auto prepared = prepared_with(others);
     if (!prepared) return fail(console_, prepared.error());
     LoadedScene& scene = prepared->scene;
@@ -207,6 +211,33 @@ class FeelRun {
     return callbacks;
   }
 
+  /// The address is printed when the page can be used.
+  Status open_page() {
+    if (command_.request.web == 0) return Nothing{};
+    web::LivePageOptions options;
+    options.address = command_.request.web_address;
+    options.port = uint16_t(command_.request.web);
+    options.title = name_of(command_);
+    options.view = command_.view;
+    options.on_note = [this](const std::string& note) { console_.say("Page      " + note); };
+    auto page = web::LivePage::start(std::move(options));
+    if (!page) return page.error();
+    page_ = std::move(*page);
+    return Nothing{};
+  }
+
+  void tell_page() {
+    const web::HttpsServer& server = page_->server();
+    for (const std::string& address : server.page_addresses()) console_.say("Page      " + address);
+    console_.say(fmt::format(
+        "          its certificate is palpate's own, so that browsers warn; its SHA-256 is\n"
+        "          {}",
+        server.fingerprint()));
+    // For a phone or a headset; an address of this machine alone is of no use to them.
+    if (server.page_addresses().size() > 1 || command_.request.web_address != "127.0.0.1")
+      console_.say(web::qr_text(server.page_addresses().back()));
+  }
+
   Status choose_viewers() {
     if (!command_.calibration.empty()) {
       auto stored = files::read_calibration(command_.calibration);
@@ -304,12 +335,16 @@ class FeelRun {
       gallery_ = std::make_unique<Gallery>(*connected_.session, options);
     }
     begin_viewers(scene);
+    if (page_) {
+      page_->begin(*connected_.session, opened_.page);
+      tell_page();
+    }
     if (connected_.server) {
       console_.say(fmt::format("Serve     {}, by OpenIGTLink at port {}",
                                command_.hand() ? "what is felt" : "the moved volume and its motion",
                                connected_.server->port()));
-      if (command_.json) print(serving_json(connected_));
     }
+    if (command_.json) print(serving_json(connected_, page_ ? &page_->server() : nullptr));
     const LiveMotion& motion = connected_.session->motion();
     const auto begin = Clock::now();
     const int64_t begin_ns = computed_time_ ? computed_time_->now_ns() : 0;
@@ -338,6 +373,7 @@ class FeelRun {
       tell_headset();
       std::string line = live_text(tick, connected_.session->statistics(), now_s);
       if (!motion.is_done()) line += "  " + motion_text(motion);
+      if (page_) page_->set_note(motion_text(motion));
       if (connected_.live) line += "  " + connected_.live->live_text();
       if (command_.hand()) console_.live(line, state_text(tick));
       if (motion.is_done() && motion_known_s == 1e12) motion_known_s = now_s;
@@ -363,6 +399,10 @@ class FeelRun {
     if (is_ended_) return;
     is_ended_ = true;
     if (computed_time_) computed_time_->let_go();
+    if (page_) {
+      page_traffic_ = page_->server().traffic();
+      page_->end();
+    }
     connected_.stop();
     kept_ = connected_.flight.finish();
     if (connected_.second)
@@ -457,14 +497,26 @@ class FeelRun {
                       connected_.server->server().sent(), connected_.server->server().missed()));
   }
 
+  void tell_page_numbers() {
+    if (!page_) return;
+    const web::HttpsServer::Traffic traffic = page_traffic_;
+    console_.say(fmt::format(
+        "Page      {} viewers; {} states were sent, {} left out because a viewer was slow; {} "
+        "requests and viewers were refused",
+        traffic.joined, traffic.sent, traffic.left_out, traffic.refused));
+  }
+
   int finish() {
     Status done = kept_;
     if (!command_.hand()) {
       if (connected_.live) console_.say(connected_.live->summary());
       tell_what_was_sent();
       if (command_.json) print(served_json(connected_));
+      tell_page_numbers();
       return done ? kExitOk : fail(console_, done.error());
     }
+    tell_page_numbers();
+    if (command_.json) print(served_json(connected_));
     const std::shared_ptr<const ReleasedTubes> tubes = connected_.session->tubes();
     if (!command_.tubes.empty() && done) done = loading::write_tubes(command_.tubes, *tubes);
     FlightRecorder& flight = connected_.flight;
@@ -589,9 +641,11 @@ class FeelRun {
   std::optional<ComputedClock> computed_time_;
   /// Ends its servo thread before the members above are destroyed.
   running::ConnectedSession connected_;
-  GatedDevice* gate_ = nullptr;       ///< its device, where there is a headset
-  Viewers viewers_;                   ///< look at the session, which has been stopped
-  std::unique_ptr<Gallery> gallery_;  ///< likewise
+  GatedDevice* gate_ = nullptr;          ///< its device, where there is a headset
+  Viewers viewers_;                      ///< look at the session, which has been stopped
+  std::unique_ptr<Gallery> gallery_;     ///< likewise
+  std::unique_ptr<web::LivePage> page_;  ///< moves the session's device: ends before it
+  web::HttpsServer::Traffic page_traffic_;
 };
 
 /// Runs the same scene and device with no other work, for comparison: how its servo thread ran.

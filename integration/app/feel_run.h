@@ -34,6 +34,8 @@ struct FeelCommand {
   bool panel = true;                ///< text in the headset
   std::optional<uint32_t> overlay;  ///< draw above another OpenXR program
 
+  bool page_hand = false;  ///< the hand is one in the live page, without a force device
+
   bool hand() const { return !request.shown_only; }
 };
 

@@ -8,6 +8,25 @@
 
 namespace palpate::app {
 
+namespace {
+
+/// With a page the scene is felt, by a hand in the page and by no force device.
+void give_hand(FeelCommand& command, bool serves_too) {
+  running::SessionRequest& request = command.request;
+  if (!serves_too) request.serve = 0;
+  request.shown_only = false;
+  if (!request.given.contains("wall")) request.sequence.wall = loading::FeltWall::kUsual;
+  // A scene file may not choose another device, or write.
+  request.device = "page";
+  request.real_time = false;
+  request.black_box = "off";
+  for (const char* key : {"device", "second_device", "real_time", "black_box"})
+    request.given.insert(key);
+  command.page_hand = true;
+}
+
+}  // namespace
+
 Command add_serve(CLI::App& program) {
   auto command = std::make_shared<FeelCommand>();
   command->request.shown_only = true;
@@ -32,14 +51,22 @@ Command add_serve(CLI::App& program) {
   app->add_option("--seconds", command->seconds, "End after this time; else at Ctrl-C")
       ->check(number_in(files::kRunTimes_s));
   add_session_options(*app, command->request,
-                      {"frames_per_second", "fields", "values", "nan_as", "image", "transform",
-                       "crc", "follow", "preset", "cyclic"});
+                      {"web", "web_address", "wall", "iso_value", "segments", "segments_frame",
+                       "segment_names", "frames_per_second", "fields", "values", "nan_as", "image",
+                       "transform", "crc", "follow", "preset", "cyclic"});
   add_gpu_option(*app, command->gpu);
   app->add_flag(
       "--json", command->json,
       "For programs: a JSON object on stdout when clients may connect, and one at the end");
   app->add_flag("--quiet", command->quiet, "Print errors only");
-  return {app, [command] { return run_feel(*command); }, input_options(*app, {"input"}), {}, {}};
+  return {app,
+          [command, app] {
+            if (command->request.web > 0) give_hand(*command, app->count("--port") > 0);
+            return run_feel(*command);
+          },
+          input_options(*app, {"input"}),
+          {},
+          {}};
 }
 
 }  // namespace palpate::app

@@ -43,9 +43,9 @@ constexpr Spelling kSpellings[] = {
 
 /// What is shown for a value in --help.
 constexpr std::pair<std::string_view, const char*> kTypeNames[] = {
-    {"segment_names", "NAME"}, {"image", "NAME"},   {"transform", "NAME"},
-    {"tool", "NAME"},          {"nan_as", "VALUE"}, {"black_box", "DIR"},
-    {"serve", "PORT"},         {"values", "WORD"},  {"wall", "WORD"},
+    {"segment_names", "NAME"}, {"image", "NAME"},    {"transform", "NAME"},      {"tool", "NAME"},
+    {"nan_as", "VALUE"},       {"black_box", "DIR"}, {"serve", "PORT"},          {"values", "WORD"},
+    {"wall", "WORD"},          {"web", "PORT"},      {"web_address", "ADDRESS"},
 };
 
 const Spelling* spelling_of(const SessionOption& option) {
@@ -88,6 +88,19 @@ CLI::Option* add_number(CLI::App& app, SessionRequest& request, const SessionOpt
   const files::NumberRange range =
       per_unit == 1.0 ? option.range : files::in_unit(option.range, per_unit, spelling->unit);
   if (running::type_of(option) == "whole number") {
+    if (option.key == "web")
+      // The port may be left out.
+      return app
+          .add_option_function<std::string>(
+              names_of(option),
+              [&](const std::string& port) {
+                set(request, option, port.empty() ? kWebPort : std::stoi(port));
+              },
+              help_of(option))
+          ->expected(0, 1)
+          ->check([range](const std::string& port) {
+            return port.empty() ? std::string() : whole_number_in(range)(port);
+          });
     if (option.key == "core")
       return app
           .add_option_function<int>(

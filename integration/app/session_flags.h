@@ -10,6 +10,9 @@
 
 namespace palpate::app {
 
+/// Of the live page, where `--web` has no number.
+constexpr int kWebPort = 18946;
+
 /// The options of the program that the table of session options gives: the only place that knows
 /// their spelling. `--key` without the unit, `--no-key` for what is on without it; a few have older
 /// names.

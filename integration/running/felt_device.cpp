@@ -30,6 +30,14 @@ FeltDevice mouse(std::string why) {
   return of_probe(options, &FeltDevice::mouse, std::move(why));
 }
 
+FeltDevice page() {
+  PositionSourceOptions options;
+  options.kind = "page";
+  options.waits = true;
+  return of_probe(options, &FeltDevice::page,
+                  "a pointer in the page, or a headset's controller; it gives no force.");
+}
+
 FeltDevice controller(std::string why) {
   // Like a tracked tool, in true size, but with 90 or more positions a second.
   PositionSourceOptions options = tool_probe();
@@ -102,6 +110,7 @@ Result<FeltDevice> open_felt_device(const SessionRequest& request, LoadedScene& 
         return Error{ErrorKind::kBadInput, "A mouse can be the hand only where there is a window"};
       return mouse("mouse, as asked; it gives no force.");
     }
+    if (request.device == "page" && others.page) return page();
     if (openigtlink::is_place(request.device)) return tool();
     if (request.device == "controller") {
       if (!others.headset)

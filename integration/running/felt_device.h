@@ -15,6 +15,7 @@ struct OtherHands {
   bool window = false;          ///< a mouse
   bool headset = false;         ///< a controller
   bool simulated = false;       ///< a simulated one, if nothing else is there
+  bool page = false;            ///< a pointer in a live page
   ServoClock* clock = nullptr;  ///< whose time a simulated one has; null: the monotonic clock
 };
 
@@ -30,11 +31,12 @@ struct FeltDevice {
   PositionSource* mouse = nullptr;       ///< the device, if it is a mouse; moved by the window
   PositionSource* controller = nullptr;  ///< likewise; moved in the headset
   PositionSource* tool = nullptr;        ///< likewise; moved by a tracker
+  PositionSource* page = nullptr;        ///< likewise; moved by browsers
   double path_s = 0.0;                   ///< simulated: duration of the hand's path
 };
 
 /// Opens the device that the request names: "auto" (the first kind that answers within a second;
-/// else what `others` have), "mouse", "controller",
+/// else what `others` have), "mouse", "controller", "page",
 /// "simulated", "none" (viewing only), igtl://HOST:PORT (a tracked tool, which another thread
 /// moves), or a kind of devices::force_device_kinds(), with '@' and a place. fit: first the scene
 /// is scaled to the device's reach, see fit_to_reach(). Errors: kBadInput, kNoDevice, in one

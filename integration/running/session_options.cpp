@@ -351,6 +351,20 @@ std::vector<SessionOption> table() {
        .help = "Send what is felt, the moved volume and its motion to OpenIGTLink clients (3D "
                "Slicer) that connect to this port",
        .c_field = "PalSessionInfo.serve_port"},
+      {.key = "web",
+       .stage = kSession,
+       .member = of_request<&SessionRequest::web>,
+       .range = files::kPorts,
+       .help = "Show the scene in browsers and their headsets: a page on https at this port (18946 "
+               "without a number); its address and its certificate's fingerprint are printed",
+       .doors = kProgramDoor},
+      {.key = "web_address",
+       .stage = kSession,
+       .member = of_request<&SessionRequest::web_address>,
+       .fallback = "127.0.0.1",
+       .help = "With `web`: the address of this machine at which the page is reached; 127.0.0.1 is "
+               "this machine alone, 0.0.0.0 every network",
+       .doors = kProgramDoor},
       {.key = "csv",
        .stage = kSession,
        .member = of_request<&SessionRequest::csv>,

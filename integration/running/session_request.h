@@ -60,6 +60,8 @@ struct SessionRequest {
   std::filesystem::path record, csv;
   std::string black_box;  ///< a folder, "off", or empty: the folder of the user's state
   int serve = 0;          ///< port of the OpenIGTLink server; 0: none
+  int web = 0;            ///< port of the live page; 0: none
+  std::string web_address = "127.0.0.1";  ///< where the page may be reached from
 
   std::set<std::string_view> given;  ///< keys of the options that a door has set
 };

@@ -15,6 +15,10 @@
 PALPATE_EMBED("kPalpateWebStyle", PALPATE_WEB_STYLE);
 PALPATE_EMBED("kPalpateWebScript", PALPATE_WEB_SCRIPT);
 PALPATE_EMBED("kPalpateWebLicences", PALPATE_WEB_LICENCES);
+PALPATE_EMBED("kPalpateWebLivePage", PALPATE_WEB_LIVE_PAGE);
+PALPATE_EMBED("kPalpateWebLiveStyle", PALPATE_WEB_LIVE_STYLE);
+PALPATE_EMBED("kPalpateWebLiveScript", PALPATE_WEB_LIVE_SCRIPT);
+PALPATE_EMBED("kPalpateWebLiveView", PALPATE_WEB_LIVE_VIEW);
 #ifdef PALPATE_WEB_NIIVUE
 PALPATE_EMBED("kPalpateWebNiiVue", PALPATE_WEB_NIIVUE);
 #endif
@@ -23,6 +27,10 @@ extern "C" {
 extern const char kPalpateWebStyle[], kPalpateWebStyleEnd[];
 extern const char kPalpateWebScript[], kPalpateWebScriptEnd[];
 extern const char kPalpateWebLicences[], kPalpateWebLicencesEnd[];
+extern const char kPalpateWebLivePage[], kPalpateWebLivePageEnd[];
+extern const char kPalpateWebLiveStyle[], kPalpateWebLiveStyleEnd[];
+extern const char kPalpateWebLiveScript[], kPalpateWebLiveScriptEnd[];
+extern const char kPalpateWebLiveView[], kPalpateWebLiveViewEnd[];
 #ifdef PALPATE_WEB_NIIVUE
 extern const char kPalpateWebNiiVue[], kPalpateWebNiiVueEnd[];
 #endif
@@ -38,6 +46,14 @@ std::string_view embedded(Embedded file) {
       return {kPalpateWebScript, kPalpateWebScriptEnd};
     case Embedded::kLicences:
       return {kPalpateWebLicences, kPalpateWebLicencesEnd};
+    case Embedded::kLivePage:
+      return {kPalpateWebLivePage, kPalpateWebLivePageEnd};
+    case Embedded::kLiveStyle:
+      return {kPalpateWebLiveStyle, kPalpateWebLiveStyleEnd};
+    case Embedded::kLiveScript:
+      return {kPalpateWebLiveScript, kPalpateWebLiveScriptEnd};
+    case Embedded::kLiveView:
+      return {kPalpateWebLiveView, kPalpateWebLiveViewEnd};
     case Embedded::kNiiVue:
 #ifdef PALPATE_WEB_NIIVUE
       return {kPalpateWebNiiVue, kPalpateWebNiiVueEnd};

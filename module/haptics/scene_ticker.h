@@ -31,7 +31,7 @@ class SceneTicker final : public Ticker {
 
   /// Readers of the newest tick, each with a place of its own: headset, window, pictures for a
   /// page, live source, server, and stream tubes.
-  static constexpr int kReaders = 6;
+  static constexpr int kReaders = 7;
   /// The newest tick for a reader, 0 to kReaders - 1, each used by one thread. True if it is
   /// another than last time. Wait-free.
   bool newest(int reader, SceneSnapshot& snapshot) noexcept {

@@ -59,7 +59,7 @@ struct SessionOptions {
 };
 
 /// Readers of the newest snapshot, each on a thread of its own.
-enum class SnapshotReader { kHeadset, kWindow, kPictures, kLive, kServer, kTubes };
+enum class SnapshotReader { kHeadset, kWindow, kPictures, kLive, kServer, kPage, kTubes };
 static_assert(int(SnapshotReader::kTubes) < SceneTicker::kReaders);
 
 /// A scene that is being felt: joins scene, haptic step and servo loop, sends the poses of volumes

@@ -80,10 +80,8 @@ class FrameUpload {
     recorder.run();
   }
 
-  /// curve: what to take off, see kOnce. Samples are smoothed as the hand smooths them; values
-  /// that were read by the hand's own reader are not.
-  vulkan::Image put(std::span<const float> values, bool samples, double curve,
-                    const ResidentFrames& frames) {
+  /// side: weight of a neighbour along an axis, see HostFrames::Frame.
+  vulkan::Image put(std::span<const float> values, double side, const ResidentFrames& frames) {
     const std::span<float> staged = staging_.as<float>();
     parallel_ranges(int(values.size()), 2.0, [&](int begin, int end) {
       for (size_t i = size_t(begin); i < size_t(end); ++i)
@@ -93,7 +91,6 @@ class FrameUpload {
                             : context_->is_cpu() ? VK_FORMAT_R32_SFLOAT
                                                  : VK_FORMAT_R16_SFLOAT;
     vulkan::Image image(context_, place_.size, format);
-    const double side = (samples ? 1.0 / 6.0 : 0.0) - (frames.curved ? 0.0 : curve);
     const double scale = 1.0 / (frames.highest - frames.lowest);
     view_shaders::PrefilterPush push{};
     push.size = glm::ivec4(place_.size, 0);
@@ -171,37 +168,49 @@ void set_place(ResidentField& field, const GridPlace& place, const ResidentFrame
 
 }  // namespace
 
+HostFrames host_frames(const MovingVolume& volume) {
+  HostFrames host;
+  const FrameData& first = *volume.frames.front();
+  const ScalarSamples samples = first.samples();
+  host.place = samples.place ? *samples.place : made_place(first);
+  const glm::dmat3 volume_from_index = glm::inverse(host.place.index_from_volume);
+  for (int a = 0; a < 3; ++a) host.spacing_mm[a] = 1e3 * glm::length(volume_from_index[a]);
+
+  // Each frame is read once and kept until the range of all frames is known.
+  const double curve = volume.is_still() ? kOnce : kTwice;
+  host.frames.resize(volume.frames.size());
+  BrickRange range;
+  for (size_t k = 0; k < volume.frames.size(); ++k) {
+    HostFrames::Frame& frame = host.frames[k];
+    const ScalarSamples own = volume.frames[k]->samples();
+    const bool is_sampled = own.place && same(*own.place, host.place);
+    if (!is_sampled) frame.read = read_at(*volume.frames[k], host.place);
+    frame.values = is_sampled ? own.values : std::span<const float>(frame.read);
+    frame.smoothed = is_sampled ? 1.0 / 6.0 : 0.0;
+    frame.side = frame.smoothed - curve;
+    widen(range, frame.values);
+  }
+  if (!(range.low < range.high)) range = {range.low < 1e38F ? range.low : 0.0F, range.low + 1.0F};
+  if (!(range.low < range.high)) range = {0.0F, 1.0F};
+  host.lowest = double(range.low);
+  host.highest = double(range.high);
+  return host;
+}
+
 std::shared_ptr<const ResidentFrames> upload_frames(const std::shared_ptr<vulkan::Context>& context,
                                                     Kernels& kernels, const MovingVolume& volume) {
   auto resident = std::make_shared<ResidentFrames>();
   resident->sources = volume.frames;
   resident->curved = volume.whole && context->is_cpu();
-  const FrameData& first = *volume.frames.front();
-  const ScalarSamples samples = first.samples();
-  resident->place = samples.place ? *samples.place : made_place(first);
-  const glm::dmat3 volume_from_index = glm::inverse(resident->place.index_from_volume);
-  for (int a = 0; a < 3; ++a) resident->spacing_mm[a] = 1e3 * glm::length(volume_from_index[a]);
-
-  // Each frame is read once and kept until the range of all frames is known.
-  std::vector<std::vector<float>> read(volume.frames.size());
-  std::vector<std::span<const float>> values(volume.frames.size());
-  std::vector<bool> is_sampled(volume.frames.size());
-  BrickRange range;
-  for (size_t k = 0; k < volume.frames.size(); ++k) {
-    const ScalarSamples own = volume.frames[k]->samples();
-    is_sampled[k] = own.place && same(*own.place, resident->place);
-    if (!is_sampled[k]) read[k] = read_at(*volume.frames[k], resident->place);
-    values[k] = is_sampled[k] ? own.values : std::span<const float>(read[k]);
-    widen(range, values[k]);
-  }
-  if (!(range.low < range.high)) range = {range.low < 1e38F ? range.low : 0.0F, range.low + 1.0F};
-  if (!(range.low < range.high)) range = {0.0F, 1.0F};
-  resident->lowest = double(range.low);
-  resident->highest = double(range.high);
+  const HostFrames host = host_frames(volume);
+  resident->place = host.place;
+  resident->spacing_mm = host.spacing_mm;
+  resident->lowest = host.lowest;
+  resident->highest = host.highest;
   FrameUpload upload(context, kernels, resident->place);
-  for (size_t k = 0; k < volume.frames.size(); ++k)
+  for (const HostFrames::Frame& frame : host.frames)
     resident->images.push_back(
-        upload.put(values[k], is_sampled[k], volume.is_still() ? kOnce : kTwice, *resident));
+        upload.put(frame.values, resident->curved ? frame.smoothed : frame.side, *resident));
   return resident;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "compute/vulkan/buffer.h"
@@ -58,8 +59,27 @@ struct ResidentVolume {
   std::shared_ptr<const ResidentTerms> whole;
 };
 
-/// Uploads frames; those not sampled (formulas, vectors) are sampled at their detail_m(), with at
-/// most 256 samples along an axis. Throws as vulkan::Buffer does.
+/// Frames of a volume on the host, before they are uploaded.
+struct HostFrames {
+  struct Frame {
+    std::span<const float> values;  ///< shape (nz, ny, nx) of the place; samples or `read`
+    std::vector<float> read;        ///< where the frame has no samples at the place
+    /// At a voxel the hand reads (1 - 2 s) of its value and s of each neighbour's along each axis,
+    /// s = smoothed: the spline's weights for samples. s = side corrects in advance part of what
+    /// trilinear reading adds.
+    double smoothed = 0.0, side = 0.0;
+  };
+  GridPlace place;  ///< of the first frame; the others are brought onto it
+  glm::dvec3 spacing_mm{1.0};
+  double lowest = 0.0, highest = 1.0;  ///< of all frames
+  std::vector<Frame> frames;           ///< borrow the volume's samples
+};
+
+/// Reads the frames; those not sampled (formulas, vectors) at their detail_m(), with at most 256
+/// samples along an axis. Uses all cores.
+HostFrames host_frames(const MovingVolume& volume);
+
+/// Uploads the frames of host_frames(). Throws as vulkan::Buffer does.
 std::shared_ptr<const ResidentFrames> upload_frames(const std::shared_ptr<vulkan::Context>& context,
                                                     Kernels& kernels, const MovingVolume& volume);
 
