@@ -328,6 +328,55 @@ Result<DirectFields> direct_fields(const std::shared_ptr<vulkan::Context>& conte
   return direct;
 }
 
+/// The motion from each frame to the next.
+struct ConsecutiveFields {
+  std::vector<Field> fields;       ///< in a cycle also from the last frame to the first
+  std::vector<double> lengths_mm;  ///< step_mm() of each
+  bool repeats_first = false;      ///< the last frame has the values of the first
+};
+
+/// Estimates them while the frames are read. Equal frames become notes. Errors: as those of the
+/// estimator and of `read`; kCancelled after a stop.
+Result<ConsecutiveFields> consecutive_fields(
+    const std::shared_ptr<vulkan::Context>& context, const Grid& grid, size_t frames,
+    const FrameReader& read, const EstimatorOptions& options, const std::stop_token& stop,
+    const SequenceEstimator::OnMotion& on_pair, const SequenceEstimator::OnProgress& on_share,
+    std::vector<std::string>& notes) {
+  ConsecutiveFields steps;
+  steps.fields.resize(frames - (options.cyclic ? 0 : 1));
+  steps.lengths_mm.resize(steps.fields.size());
+  Result<std::unique_ptr<SequenceEstimator>> estimator = SequenceEstimator::open(
+      context, grid, options,
+      [&](PairMotion pair) {
+        steps.fields[pair.fixed_frame] = pair.field;
+        steps.lengths_mm[pair.fixed_frame] = step_mm(pair.field, pair.confidence);
+        on_pair(std::move(pair));
+      },
+      on_share);
+  if (!estimator) return estimator.error();
+  const std::stop_callback on_stop(stop, [&] { (*estimator)->cancel(); });
+
+  // The estimator works on one pair while the next frame is read.
+  Status pushed = Nothing{};
+  std::vector<float> first, before;
+  for (size_t k = 0; k < frames && pushed && !stop.stop_requested(); ++k) {
+    auto frame = read(k);
+    pushed = frame ? (*estimator)->push(k, *frame) : Status(frame.error());
+    if (!frame) break;
+    if (k > 0 && frame->values == before) notes.push_back(equal_frames(k - 1, k));
+    steps.repeats_first = k > 1 && k + 1 == frames && frame->values == first;
+    if (k == 0) first = frame->values;
+    before = std::move(frame->values);
+  }
+
+  // A frame that was refused ends the work with its own error, unless a stop came first.
+  if (!pushed) (*estimator)->cancel();
+  const Status finished = (*estimator)->finish();
+  if (!pushed && pushed.error().kind != ErrorKind::kCancelled) return pushed.error();
+  if (!finished) return finished.error();
+  return steps;
+}
+
 }  // namespace
 
 size_t frame_nearest_the_mean(std::span<const Field> consecutive) {
@@ -492,63 +541,40 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
   bool cyclic = options.estimator.cyclic;
   EstimatorOptions of_steps = options.estimator;
   of_steps.motion = on_solved_cells(of_steps.motion);
-  const size_t steps = frames - (cyclic ? 0 : 1), pairs = steps + frames - 1;
   SequenceReport met;
+  const size_t pairs = frames - (cyclic ? 0 : 1) + frames - 1;
   size_t done = 0;
-  const auto say = [&](const std::string& doing, double share) {
-    if (progress) progress(doing, (double(done) + share) / double(pairs));
+  const auto say_pair = [&](size_t fixed, size_t moving, double share) {
+    if (progress)
+      progress("frame " + std::to_string(fixed) + " to " + std::to_string(moving),
+               (double(done) + share) / double(pairs));
   };
 
-  // Pairs of consecutive frames.
-  std::vector<Field> consecutive(steps);
-  std::vector<double> steps_mm(steps);
-  bool repeats_first = false;
-  Result<std::unique_ptr<SequenceEstimator>> estimator = SequenceEstimator::open(
-      context, grid, of_steps,
+  // The motion from each frame to the next.
+  auto steps = consecutive_fields(
+      context, grid, frames, read, of_steps, stop,
       [&](PairMotion pair) {
-        consecutive[pair.fixed_frame] = pair.field;
-        steps_mm[pair.fixed_frame] = step_mm(pair.field, pair.confidence);
         ++done;
         if (on_pair) on_pair(std::move(pair));
       },
-      [&](size_t fixed, size_t moving, double share) {
-        say("frame " + std::to_string(fixed) + " to " + std::to_string(moving), share);
-      });
-  if (!estimator) return estimator.error();
-  {
-    const std::stop_callback on_stop(stop, [&] { (*estimator)->cancel(); });
-    Status pushed = Nothing{};
-    std::vector<float> first, before;
-    for (size_t k = 0; k < frames && pushed && !stop.stop_requested(); ++k) {
-      auto frame = read(k);
-      pushed = frame ? (*estimator)->push(k, *frame) : Status(frame.error());
-      if (!frame) break;
-      if (k > 0 && frame->values == before) met.notes.push_back(equal_frames(k - 1, k));
-      repeats_first = k > 1 && k + 1 == frames && frame->values == first;
-      if (k == 0) first = frame->values;
-      before = std::move(frame->values);
-    }
-    if (!pushed) (*estimator)->cancel();
-    const Status finished = (*estimator)->finish();
-    if (!pushed && pushed.error().kind != ErrorKind::kCancelled) return pushed.error();
-    if (!finished) return finished.error();
-  }
-  estimator->reset();
+      say_pair, met.notes);
+  if (!steps) return steps.error();
 
   // Is it a cycle, and where does it end?
-  if (cyclic && frames > 2 && !is_closed(steps_mm, kLargestClosingStep)) {
+  if (cyclic && frames > 2 && !is_closed(steps->lengths_mm, kLargestClosingStep)) {
     cyclic = false;
-    consecutive.pop_back();
+    steps->fields.pop_back();
     char text[300];
     std::snprintf(text, sizeof(text),
                   "The last frame does not lead back to the first (%.2g mm on average, other "
                   "steps %.2g mm at most): the sequence is not taken for a cycle.",
-                  steps_mm.back(), *std::max_element(steps_mm.begin(), steps_mm.end() - 1));
+                  steps->lengths_mm.back(),
+                  *std::max_element(steps->lengths_mm.begin(), steps->lengths_mm.end() - 1));
     met.notes.emplace_back(text);
   }
   SequenceMotion motion;
   motion.frames_grid = grid;
-  motion.basis = basis_of(times_s, cyclic, repeats_first);
+  motion.basis = basis_of(times_s, cyclic, steps->repeats_first);
   if (motion.basis.repeats_first)
     met.notes.emplace_back(
         "The last frame is the first once more: the cycle lasts from the one to the other.");
@@ -556,25 +582,25 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
   // From the frame nearest the mean to all others, which keeps the largest motion small.
   motion.reference = options.reference
                          ? *options.reference
-                         : frame_nearest_the_mean(std::span(consecutive).first(frames - 1));
+                         : frame_nearest_the_mean(std::span(steps->fields).first(frames - 1));
   const auto reference = read(motion.reference);
   if (!reference) return reference.error();
   auto from_reference = direct_fields(
       context, grid, frames, motion.reference, read, of_steps, stop, [&] { ++done; },
-      [&](size_t k, double share) {
-        say("frame " + std::to_string(motion.reference) + " to " + std::to_string(k), share);
-      });
+      [&](size_t k, double share) { say_pair(motion.reference, k, share); });
   if (!from_reference) return from_reference.error();
   std::vector<Field> direct = std::move(from_reference->fields);
   met.confidence = std::move(from_reference->confidence);
 
-  // Neighbour consensus.
+  // Each field becomes the mean of itself and of what its neighbours say by one step more.
   std::vector<Field> backward;
-  for (const Field& field : consecutive) backward.push_back(inverse_of(field, field.grid).w);
+  for (const Field& field : steps->fields) backward.push_back(inverse_of(field, field.grid).w);
   for (int sweep = 0; sweep < options.sweeps; ++sweep)
-    direct = with_neighbours(direct, consecutive, backward, met.confidence);
-  if (cyclic && repeats_first)
+    direct = with_neighbours(direct, steps->fields, backward, met.confidence);
+  if (cyclic && steps->repeats_first)
     direct.front() = direct.back() = combined({direct.front(), direct.back()}, kHalfOfEach);
+
+  // A cycle is smooth in time: harmonics instead of frames, as many as the frames support.
   motion.terms = std::move(direct);
   if (cyclic) {
     const Status chosen = choose_harmonics(motion, *reference, read, options, met);

@@ -55,7 +55,7 @@ Field consecutive_field(const SequenceMotion& motion, size_t k, const Grid& onto
 Distances drift_of(const SequenceMotion& motion, const Grid& image, const Mask* mask);
 
 /// One motion from the fields of consecutive frames (one less than frames, or as many if cyclic),
-/// from one of them as the reference: later frames through the fields, earlier frames through their
+/// from one of them as the reference. Later frames through the fields, earlier frames through their
 /// inverses; in a cycle each frame is reached the shorter way round. No harmonics. Errors:
 /// kBadInput if a field is missing or their number does not fit. Uses all cores.
 Result<SequenceMotion> motion_of_steps(std::span<const Field> consecutive, const TimeBasis& times,
@@ -104,12 +104,12 @@ Result<SequenceMotion> estimate_sequence_motion(
     const SequenceEstimator::OnMotion& on_pair = {}, const OnSequenceProgress& progress = {},
     std::stop_token stop = {}, SequenceReport* report = nullptr);
 
-/// A coarse motion of the same sequence in a small share of the time: the fields from frame
-/// `reference` to all others, estimated on the frames' means over blocks of 4 voxels (less along an
-/// axis whose voxels are longer: the grid of the pyramid's third level), with harmonics for cyclic
-/// data. Its cells are two such blocks wide, so borders at which material slides are blurred.
-/// `cyclic` as in EstimatorOptions. Errors: those of the reader and the estimator, kCancelled,
-/// kBadInput for frames that are too small to be made coarser.
+/// A coarse motion of the same sequence in a small share of the time. It has the fields from frame
+/// `reference` to all others, as estimated on the frames' means over blocks of 4 voxels (less along
+/// an axis whose voxels are longer: the grid of the pyramid's third level), with harmonics for
+/// cyclic data. Its cells are two such blocks wide, so borders at which material slides are
+/// blurred. `cyclic` as in EstimatorOptions. Errors: those of the reader and the estimator,
+/// kCancelled, kBadInput for frames that are too small to be made coarser.
 Result<SequenceMotion> estimate_coarse_motion(const std::shared_ptr<vulkan::Context>& context,
                                               const Grid& grid, std::span<const double> times_s,
                                               const FrameReader& read, bool cyclic,

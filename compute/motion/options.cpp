@@ -7,9 +7,9 @@ std::optional<MotionOptions> motion_preset(std::string_view name) {
   options.preset = std::string(name);
   // Finest level first: iterations, cell, window, smoothness. On the finest level the window does
   // the smoothing, above it the total variation, too. The finest level's values were found by
-  // random search on a chest CT and a heart phantom; how it yields where its window is too wide,
-  // and the values of the levels above, by leaving out one anatomy with known motion at a time
-  // (palpate-lab anatomies, docs/decisions/motion-engine.md).
+  // random search on a chest CT and a heart phantom. How it yields where its window is too wide,
+  // and the values of the levels above, were found by leaving out one anatomy with known motion at
+  // a time (palpate-lab anatomies, docs/decisions/motion-engine.md).
   if (name == "fast") {
     options.levels = {{3, 4, 7.0, 0.06}, {8, 4, 3.0, 0.16}, {12, 4, 3.0, 0.1}};
     options.normalise_window = 3.0;  // wide enough for moments on cells of four voxels

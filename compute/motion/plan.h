@@ -53,7 +53,7 @@ MotionPlan plan_motion(const Grid& image, const MotionOptions& options, bool cyc
 /// What a solver of the plan allocates on the device beside the frames, bytes.
 uint64_t solver_bytes(const MotionPlan& plan);
 
-/// Makes the work fit into `budget_bytes` of device memory: first without the step for sliding
+/// Makes the work fit into `budget_bytes` of device memory. First without the step for sliding
 /// borders, then with the finest images cut into as few slabs as possible, which are kept on the
 /// host and copied to the device one by one. False if even the thinnest slabs do not fit.
 bool fit_into(MotionPlan& plan, uint64_t budget_bytes);

@@ -17,7 +17,7 @@ struct Inverse {
 };
 
 /// Solves for w on the given grid: fixed-point steps w <- -u(y + w) that start from the previous
-/// sample's solution; where these do not at least halve the residual, Newton steps with the
+/// sample's solution. Where these do not at least halve the residual, Newton steps with the
 /// Jacobian of the trilinear field, shortened until the residual falls. tolerance_mm: 0 means a
 /// thousandth of the finest edge of `onto`. Where neither converges, w is the best value found; see
 /// residual_mm. Any thread; uses all cores.

@@ -216,6 +216,7 @@ class BlockScan {
 
   /// The sums of Match::motion_left_voxels over the voxels whose neighbours are all in the block.
   void add_motion_left(Block& block, const Moments& moved) const {
+    // F and W are compared as they are without mean and contrast; their mean gradient is g.
     const glm::ivec3 size = block.high - block.low;
     const double sd_f = std::sqrt(moved.variance_f()), sd_w = std::sqrt(moved.variance_g());
     if (sd_f <= 0.0 || sd_w <= 0.0) return;
@@ -223,6 +224,8 @@ class BlockScan {
     const int step[3] = {1, size.x, size.x * size.y};
     const double mean_f = moved.about_f + moved.f / moved.n;
     const double mean_w = moved.about_g + moved.g / moved.n;
+
+    // Normal equations of the shift d that is left: r = g d.
     glm::dmat3 a(0.0);
     glm::dvec3 b(0.0), sum_g(0.0);
     double squares = 0.0, sum_r = 0.0, n = 0.0;
@@ -364,6 +367,8 @@ class MotionLeft {
 
 Match summed_up(const std::vector<Block>& blocks, double least_sd) {
   Match match;
+
+  // Counts over all blocks, sums over those that can be compared, correlations over the clear ones.
   Difference before, after;
   double left = 0.0, textured_voxels = 0.0;
   double sum_before = 0.0, sum_after = 0.0;
@@ -424,6 +429,8 @@ Result<Match> match(const Volume& fixed, const Volume& moving, const Field& u, c
                  "The mask and the fixed frame lie on different grids; use a mask of the fixed "
                  "frame's grid."};
   }
+
+  // 1. Every block of the image: texture, correlation before and after, motion that is left.
   const double noise_fixed = noise_sd(fixed), noise_moving = noise_sd(moving);
   const glm::ivec3 size = block_size(grid);
   const glm::ivec3 count = (grid.size + size - 1) / size;
@@ -441,6 +448,8 @@ Result<Match> match(const Volume& fixed, const Volume& moving, const Field& u, c
                       }
                     }
                   });
+
+  // 2. Which blocks are clear, and the sums over those.
   const double least_sd = clear_sd(blocks);
   Match result = summed_up(blocks, least_sd);
   MotionLeft(blocks, count, least_sd).measure(result);
@@ -450,6 +459,8 @@ Result<Match> match(const Volume& fixed, const Volume& moving, const Field& u, c
     return Error{ErrorKind::kBadInput,
                  "The mask is empty, so there is nothing to compare; check it."};
   }
+
+  // 3. Where there is structure, as a mask.
   if (!structure) return result;
   *structure = {grid, std::vector<uint8_t>(grid.count())};
   for (const Block& block : blocks) {

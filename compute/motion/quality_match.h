@@ -37,16 +37,16 @@ struct Match {
   double correlation_after = 0.0;  ///< the same, F against W
   double mismatched = 1.0;  ///< share of the clear blocks whose correlation after is below 0.5
   double leaving = 0.0;     ///< share of the voxels of textured blocks that u takes out of moving
-  /// The motion that remains between F and W, mean over the clear blocks: the length of the step d,
-  /// in voxels of each axis, that aligns F and W in a block and its clear neighbours (3 x 3 x 3, to
-  /// average noise),
+  /// The motion that remains between F and W, mean over the clear blocks. It is the length of the
+  /// step d, in voxels of each axis, that aligns F and W in a block and its clear neighbours (3 x 3
+  /// x 3, to average noise),
   ///   (I + sum g g^T / q) d = sum r g / q,  r = F - W, g = (grad F + grad W) / 2,
   /// with F, W and g less their means, F and W scaled to SD 1, and q the mean r^2, block by block
   /// (Lucas and Kanade 1981; I is the prior that d is about one voxel). It measures errors of up to
   /// a few voxels that are smooth over 20 voxels; larger ones lower the correlation.
   double motion_left_voxels = 0.0;
-  /// Share of the clear blocks that still show a motion of more than half a voxel: the step d as
-  /// above, but of a plane of 3 x 3 blocks, in any of the three planes, with noise that may be
+  /// Share of the clear blocks that still show a motion of more than half a voxel. It is the step d
+  /// as above, but of a plane of 3 x 3 blocks, in any of the three planes, with noise that may be
   /// blurred, so that n = 8 voxels (two along each axis) show the same of it,
   ///   (n I + sum g g^T / q) d = sum r g / q,
   /// where |d|^2 is above 1/4 + twice what such noise makes of it. A wave that cancels out in 3 x 3

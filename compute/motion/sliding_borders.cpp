@@ -20,7 +20,7 @@ constexpr int kRoundsAlong = 40;  // rounds of repair that keep sliding borders
 // |slope|^2 of the solved field along an axis, below which the finer field can not fold. Slopes a,
 // b, c along the axes with |a|^2 + |b|^2 + |c|^2 < 1 keep the determinant positive. A quarter
 // before and after a coarse sample the cubic is at most 1.375 times as steep as the steepest coarse
-// difference that it reads, and along each of the other two axes the absolute values of its weights
+// difference that it reads. Along each of the other two axes the absolute values of its weights
 // sum to at most 1.1875.
 constexpr float kCubicSteeper = 1.375F * 1.1875F * 1.1875F;
 constexpr float kMayFold = 0.9F / (3.0F * kCubicSteeper * kCubicSteeper);

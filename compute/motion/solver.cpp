@@ -348,12 +348,13 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
   while (report.iterations < wanted && !stop.stop_requested() && !active_.empty()) {
     const int size =
         std::min(prunes && report.iterations == 0 ? 1 : kBatch, wanted - report.iterations);
+    // The commands of a batch are recorded once and run again while the same bricks are active.
     if (size != batch_size) {
       batch_.restart();
       for (int k = 0; k < size; ++k) {
         // Odd and even voxels alternate, except in the first iteration, which decides what rests.
-        const int turn = plan_.options.checkerboard && report.iterations > 0 ? k % 2 : -1;
-        record_iteration(batch_, l, fixed, moving, turn);
+        const int colour = plan_.options.checkerboard && report.iterations > 0 ? k % 2 : -1;
+        record_iteration(batch_, l, fixed, moving, colour);
       }
       if (prunes || bounded) record_measure(batch_, l);
       batch_size = size;
@@ -363,6 +364,8 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
     report.brick_iterations += size * double(active_.size());
     report.all_brick_iterations += size * all;
     done(report.iterations);
+
+    // Whether the batch went too far, and which bricks have come to rest.
     const std::span<BrickMeasure> measures =
         read_measures_.as<BrickMeasure>().first(active_.size());
     if (bounded && std::any_of(measures.begin(), measures.end(), [&](const BrickMeasure& measure) {
@@ -447,6 +450,7 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
     LevelReport& level = report.levels.emplace_back();
     level.h_mm = plan_.levels[l].h_mm;
     begin_level(l);
+    // From the coarser level: what it does not explain is searched for, what rests is left out.
     if (l + 1 < levels) {
       const std::vector<glm::ivec3> cells = unexplained(l + 1);
       for (const std::unique_ptr<DiscreteStart>& start : starts_) {
@@ -456,6 +460,7 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
       }
       rest(l, cells, fixed, moving);
     }
+    // The iterations; they end where the motion leaves the part of the images that is there.
     const bool in_reach = iterate(l, fixed, moving, stop, level, [&](int iterations) {
       const double share = double(iterations) / std::max(1, plan_.levels[l].options.iterations);
       if (progress) progress((done_work + work(l) * share) / all_work);
@@ -469,6 +474,8 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
     level.seconds = since(level_begin);
   }
   if (stop.stop_requested()) return std::nullopt;
+
+  // On the finest level: folds, confidence, and borders along which tissue slides.
   repair(finest, report);
   judge(finest);
   const vulkan::Image* result = &levels_[finest].primal;
@@ -567,6 +574,8 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l) {
                        i.ahead},
                       push, groups);
   };
+
+  // Steps of primal and dual in turn; the last primal step is the field.
   for (int step = 0; step < plan_.options.filter_steps; ++step) {
     primal(false);
     recorder.dispatch(kernels_->tv_dual(),
@@ -606,6 +615,8 @@ void PairSolver::record_equations(vulkan::Recorder& recorder, size_t l, const Fr
                        {i.equations[2], nearest}},
                       push, slice_groups(active_));
   };
+
+  // Where both images are on the device whole: one dispatch.
   const int nz = level.image_size.z;
   shaders::NormalEquationsPush push{
       wide(level.cells, colour), wide(level.image_size), wide(level.image_size),
@@ -614,6 +625,8 @@ void PairSolver::record_equations(vulkan::Recorder& recorder, size_t l, const Fr
     dispatch(fixed.level(l), moving.level(l), push);
     return;
   }
+
+  // Otherwise every pair of slabs.
   const std::vector<Slab> slabs = slabs_of(plan_);
   for (size_t a = 0; a < slabs.size(); ++a) {
     recorder.copy(fixed.slab(a), fixed_slab_);
@@ -659,6 +672,7 @@ void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, int colour) {
   }
   const vulkan::Image* w = windowed(l);
 
+  // One window: its equations alone give the step.
   const auto per_mm2 = [&](double alpha) { return float(std::pow(alpha / level.h_mm, 2)); };
   const auto largest_mm = float(plan_.options.largest_step * level.h_mm);
   if (!two) {
@@ -675,6 +689,9 @@ void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, int colour) {
                       groups);
     return;
   }
+
+  // Two windows: the wide one's step, and from there the narrow one's, by the share that the
+  // difference which is left asks for.
   const double voxels = window_voxels(level, yield.window) * (colour < 0 ? 1.0 : 0.5);
   recorder.dispatch(
       kernels_->update_two(),

@@ -13,10 +13,10 @@ namespace palpate {
 /// hashes, polynomials and square roots, so a seed gives the same data on every machine.
 ///
 /// Anatomy, in the LPS frame of a patient and within the cube of heart_grid: a left ventricle with
-/// a thick wall (11 mm, thinner at the apex, two papillary muscles), a right ventricle that is a
-/// thin (4.5 mm) crescent around it, the septum between them; two atria with their appendages;
-/// aorta with arch, its three branches and the descending part, pulmonary trunk with both arteries,
-/// venae cavae, four pulmonary veins, cut off flat; fat in the grooves, coronary arteries in the
+/// a thick wall (11 mm, thinner at the apex, two papillary muscles). A right ventricle that is a
+/// thin (4.5 mm) crescent around it, the septum between them. Two atria with their appendages.
+/// Aorta with arch, its three branches and the descending part, pulmonary trunk with both arteries,
+/// venae cavae, four pulmonary veins, cut off flat. Fat in the grooves, coronary arteries in the
 /// fat; lung around. Valves are openings without leaflets.
 ///
 /// Values: lung 60, blood 200, myocardium 540, atrial wall 720, fat 900, arteries and pulmonary
@@ -25,7 +25,7 @@ namespace palpate {
 ///
 /// Motion: frame 0 is the end of filling. Then, in polynomials of place and phase, the ventricles
 /// contract (the left wall thickens by a third), the base comes 11 mm towards the apex, the
-/// ventricles twist about their long axis, the atria fill; the heart relaxes, and the atria
+/// ventricles twist about their long axis, the atria fill. The heart relaxes, and the atria
 /// contract last. The map from frame 0 to any phase is smooth and one to one, moves the faces of
 /// the cube by less than 0.05 mm, and has a determinant between 0.25 and 3. Values move with the
 /// material: heart_value of a point and of where heart_point carries it are the same.

@@ -17,7 +17,7 @@ namespace palpate {
 /// on less than half of the faces (and on less than nine tenths of those across each of two axes,
 /// as for a cylinder). None either where less than 93 % of the hull is left without what is
 /// connected to the faces (when opened by 1.5 voxels), or where the hull goes over less than nine
-/// tenths of the grid along an axis: that is an organ that was cut out, or a thing on black, whose
+/// tenths of the grid along an axis. That is an organ that was cut out, or a thing on black, whose
 /// border is a true one.
 class NoDataFinder {
  public:

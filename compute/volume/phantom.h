@@ -69,8 +69,8 @@ struct SlidingPhantom {
 /// A textured organ (mean 600), an elliptic cylinder along k, is moved as a rigid body by
 /// shift_voxels along k through a tube of flat fluid (100) in a still textured body (mean 400);
 /// size^3 voxels of 1 mm, origin 0. The truth is the shift in the organ, zero in the body, and in
-/// the fluid before and behind the organ a linear ramp between the two (the fluid is flat: its
-/// motion can not be seen and is in no mask). Needs |shift_voxels| < size / 3. noise: standard
+/// the fluid before and behind the organ a linear ramp between the two. (The fluid is flat: its
+/// motion can not be seen and is in no mask.) Needs |shift_voxels| < size / 3. noise: standard
 /// deviation as a share of the intensity range (800), different in both frames.
 SlidingPhantom sliding_phantom(int size = 96, double shift_voxels = 20.0, uint32_t seed = 1,
                                double noise = 0.02);

@@ -17,7 +17,7 @@ Volume exact_signed_distance(const Mask& inside);
 
 /// A smooth signed distance to the border of a mask, mm, above 0 inside: a wall to feel and show,
 /// without the steps of the voxels. Thick slices are first interpolated by shape (from the
-/// distances within the slices, Raya and Udupa 1990), so that the grid is nearly isotropic; then
+/// distances within the slices, Raya and Udupa 1990), so that the grid is nearly isotropic. Then
 /// the exact distance is smoothed by a Gaussian, less where the mask is so thin that its sides
 /// would merge. The result covers the voxels that count and a margin, with more slices if they were
 /// thick. At least one voxel must count. Uses all cores.

@@ -9,6 +9,56 @@ namespace {
 constexpr uint32_t kMaxStamps = 256;
 constexpr uint32_t kMaxBindingsPerDispatch = 19;
 
+/// Writes what a kernel's bindings refer to into its descriptor set.
+void write_set(VkDevice device, VkDescriptorSet set, const Kernel& kernel,
+               const std::vector<Binding>& bindings) {
+  std::vector<VkDescriptorBufferInfo> buffers(bindings.size());
+  std::vector<VkBufferView> views(bindings.size());
+  std::vector<VkDescriptorImageInfo> images(bindings.size());
+  std::vector<VkWriteDescriptorSet> writes(bindings.size());
+  for (size_t i = 0; i < bindings.size(); ++i) {
+    VkWriteDescriptorSet& write = writes[i];
+    write = {VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
+    write.dstSet = set;
+    write.dstBinding = uint32_t(i);
+    write.descriptorCount = 1;
+    const Binding& bound = bindings[i];
+    switch (kernel.bindings()[i]) {
+      case BindingKind::kBuffer:
+        assert(bound.buffer && "this binding takes a buffer");
+        buffers[i] = {bound.buffer->handle(), 0, VK_WHOLE_SIZE};
+        write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+        write.pBufferInfo = &buffers[i];
+        break;
+      case BindingKind::kUniform:
+        assert(bound.buffer && "this binding takes a buffer");
+        buffers[i] = {bound.buffer->handle(), 0, VK_WHOLE_SIZE};
+        write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+        write.pBufferInfo = &buffers[i];
+        break;
+      case BindingKind::kTexels:
+        assert(bound.texels && "this binding takes a view of a buffer");
+        views[i] = bound.texels->handle();
+        write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
+        write.pTexelBufferView = &views[i];
+        break;
+      case BindingKind::kStorageImage:
+        assert(bound.image && "this binding takes an image");
+        images[i] = {VK_NULL_HANDLE, bound.image->view(), VK_IMAGE_LAYOUT_GENERAL};
+        write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
+        write.pImageInfo = &images[i];
+        break;
+      case BindingKind::kSampledImage:
+        assert(bound.image && bound.sampler && "this binding takes an image with a sampler");
+        images[i] = {bound.sampler->handle(), bound.image->view(), VK_IMAGE_LAYOUT_GENERAL};
+        write.descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+        write.pImageInfo = &images[i];
+        break;
+    }
+  }
+  vkUpdateDescriptorSets(device, uint32_t(writes.size()), writes.data(), 0, nullptr);
+}
+
 }  // namespace
 
 Recorder::Recorder(std::shared_ptr<Context> context, uint32_t max_dispatches)
@@ -115,51 +165,7 @@ void Recorder::bind(const Kernel& kernel, const std::vector<Binding>& bindings, 
   VkDescriptorSet set = VK_NULL_HANDLE;
   check(vkAllocateDescriptorSets(context_->device(), &allocate, &set), "binding a kernel's data");
 
-  std::vector<VkDescriptorBufferInfo> buffers(bindings.size());
-  std::vector<VkBufferView> views(bindings.size());
-  std::vector<VkDescriptorImageInfo> images(bindings.size());
-  std::vector<VkWriteDescriptorSet> writes(bindings.size());
-  for (size_t i = 0; i < bindings.size(); ++i) {
-    VkWriteDescriptorSet& write = writes[i];
-    write = {VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
-    write.dstSet = set;
-    write.dstBinding = uint32_t(i);
-    write.descriptorCount = 1;
-    const Binding& bound = bindings[i];
-    switch (kernel.bindings()[i]) {
-      case BindingKind::kBuffer:
-        assert(bound.buffer && "this binding takes a buffer");
-        buffers[i] = {bound.buffer->handle(), 0, VK_WHOLE_SIZE};
-        write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
-        write.pBufferInfo = &buffers[i];
-        break;
-      case BindingKind::kUniform:
-        assert(bound.buffer && "this binding takes a buffer");
-        buffers[i] = {bound.buffer->handle(), 0, VK_WHOLE_SIZE};
-        write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
-        write.pBufferInfo = &buffers[i];
-        break;
-      case BindingKind::kTexels:
-        assert(bound.texels && "this binding takes a view of a buffer");
-        views[i] = bound.texels->handle();
-        write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER;
-        write.pTexelBufferView = &views[i];
-        break;
-      case BindingKind::kStorageImage:
-        assert(bound.image && "this binding takes an image");
-        images[i] = {VK_NULL_HANDLE, bound.image->view(), VK_IMAGE_LAYOUT_GENERAL};
-        write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
-        write.pImageInfo = &images[i];
-        break;
-      case BindingKind::kSampledImage:
-        assert(bound.image && bound.sampler && "this binding takes an image with a sampler");
-        images[i] = {bound.sampler->handle(), bound.image->view(), VK_IMAGE_LAYOUT_GENERAL};
-        write.descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
-        write.pImageInfo = &images[i];
-        break;
-    }
-  }
-  vkUpdateDescriptorSets(context_->device(), uint32_t(writes.size()), writes.data(), 0, nullptr);
+  write_set(context_->device(), set, kernel, bindings);
   vkCmdBindPipeline(commands_, VK_PIPELINE_BIND_POINT_COMPUTE, kernel.pipeline());
   vkCmdBindDescriptorSets(commands_, VK_PIPELINE_BIND_POINT_COMPUTE, kernel.layout(), 0, 1, &set, 0,
                           nullptr);

@@ -131,7 +131,7 @@ inline palpate::Result<sockaddr_in> place_of(const std::string& text) {
       ::inet_pton(AF_INET, std::string(parts.front()).c_str(), &place.sin_addr) != 1)
     return palpate::Error{palpate::ErrorKind::kBadInput,
                           "'" + text +
-                              "' is no place of my device: give its address and port "
+                              "' is no address of my device: give its address and port "
                               "(127.0.0.1:4711)"};
   place.sin_port = htons(uint16_t(*port));
   return place;
@@ -139,7 +139,7 @@ inline palpate::Result<sockaddr_in> place_of(const std::string& text) {
 
 inline palpate::Result<std::unique_ptr<palpate::ForceDevice>> make(
     const ForceDeviceOptions& options) {
-  const auto place = place_of(options.place);
+  const auto place = place_of(options.address);
   if (!place) return place.error();
   return device_of_link(std::make_unique<Link>(*place), options);
 }
@@ -148,7 +148,7 @@ inline palpate::Result<std::unique_ptr<palpate::ForceDevice>> make(
 inline void add() {
   add_force_device_kind({"my-device", "My device", "127.0.0.1:4711", "Move the grip to its middle.",
                          // Without an address no device can be there.
-                         [](const ForceDeviceOptions& options) { return !options.place.empty(); },
+                         [](const ForceDeviceOptions& options) { return !options.address.empty(); },
                          make, true});
 }
 

@@ -138,22 +138,49 @@ Result<std::vector<Spread>> point_errors(const SequenceMotion& motion, const fs:
   return errors;
 }
 
-Result<std::optional<Verdict>> checked(const SequenceCheck& command, Console& console,
-                                       nlohmann::json& out) {
+/// The frames that the motion is compared with; without any if none were named.
+struct CheckedFrames {
   std::vector<Volume> frames;
   std::vector<double> times_s;
   std::string ordered_by;
-  if (!command.sequence.empty()) {
-    auto opened = files::open_sequence(command.sequence, command.nan_as);
-    if (!opened) return opened.error();
-    for (const std::string& note : opened->notes) console.say("Note: " + note);
-    auto kept = all_frames(*opened, {});
-    if (!kept) return kept.error();
-    frames = std::move(*kept);
-    ordered_by = opened->ordered_by;
-    times_s = opened->times_s.empty() ? assumed_times(frames.size()) : opened->times_s;
+};
+
+Result<CheckedFrames> read_sequence_of(const SequenceCheck& command, Console& console) {
+  if (command.sequence.empty()) return CheckedFrames();
+  auto opened = files::open_sequence(command.sequence, command.nan_as);
+  if (!opened) return opened.error();
+  for (const std::string& note : opened->notes) console.say("Note: " + note);
+  auto kept = all_frames(*opened, {});
+  if (!kept) return kept.error();
+  const size_t count = kept->size();
+  return CheckedFrames{std::move(*kept),
+                       opened->times_s.empty() ? assumed_times(count) : opened->times_s,
+                       opened->ordered_by};
+}
+
+/// The user's mask on the image's grid, without what is NaN in a frame.
+Result<std::optional<Mask>> mask_on(const SequenceCheck& command, const Grid& image,
+                                    bool has_frames, Console& console) {
+  std::optional<Mask> mask;
+  if (!command.mask.empty()) {
+    const auto read = files::read_mask(command.mask);
+    if (!read) return read.error();
+    mask = resampled(*read, image);
   }
-  const auto told = read_told(command, times_s);
+  if (!command.nan_as || !has_frames) return mask;
+  std::vector<std::string> notes;
+  auto numbers = files::mask_of_numbers(command.sequence, *command.nan_as, std::move(mask), &notes);
+  if (!numbers) return numbers.error();
+  for (const std::string& note : notes) console.say("Note: " + note);
+  return numbers;
+}
+
+Result<std::optional<Verdict>> checked(const SequenceCheck& command, Console& console,
+                                       nlohmann::json& out) {
+  const auto sequence = read_sequence_of(command, console);
+  if (!sequence) return sequence.error();
+  const std::vector<Volume>& frames = sequence->frames;
+  const auto told = read_told(command, sequence->times_s);
   if (!told) return told.error();
   const SequenceMotion& motion = told->motion;
   if (!frames.empty() && frames.size() != motion.frames())
@@ -162,35 +189,24 @@ Result<std::optional<Verdict>> checked(const SequenceCheck& command, Console& co
                             "sequence",
                             motion.frames(), frames.size());
   const Grid& image = frames.empty() ? motion.terms.front().grid : frames.front().grid;
-  std::optional<Mask> mask;
-  if (!command.mask.empty()) {
-    const auto read = files::read_mask(command.mask);
-    if (!read) return read.error();
-    mask = resampled(*read, image);
-  }
-  if (command.nan_as && !frames.empty()) {
-    std::vector<std::string> notes;
-    auto numbers =
-        files::mask_of_numbers(command.sequence, *command.nan_as, std::move(mask), &notes);
-    if (!numbers) return numbers.error();
-    mask = std::move(*numbers);
-    for (const std::string& note : notes) console.say("Note: " + note);
-  }
+  const auto mask_read = mask_on(command, image, !frames.empty(), console);
+  if (!mask_read) return mask_read.error();
+  const Mask* const mask = *mask_read ? &**mask_read : nullptr;
   console.say(fmt::format("{}: {} of {} frames, reference frame {}, {}",
                           command.inputs.front().string(), told->form, motion.frames(),
                           motion.reference, time_text(motion.basis)));
-  auto evidence = examined(
-      motion, frames, {}, mask ? &*mask : nullptr,
-      [&](const SequenceEvidence& so_far, size_t k) { console.say(frame_text(so_far, k)); });
+  auto evidence = examined(motion, frames, {}, mask, [&](const SequenceEvidence& so_far, size_t k) {
+    console.say(frame_text(so_far, k));
+  });
   if (!evidence) return evidence.error();
-  evidence->ordered_by = ordered_by;
+  evidence->ordered_by = sequence->ordered_by;
   // For given frame-to-frame fields the drift is their own.
   if (!told->steps.empty() && motion.basis.cycle_s > 0.0) {
-    const auto drift = cycle_drift(told->steps, image, mask ? &*mask : nullptr);
+    const auto drift = cycle_drift(told->steps, image, mask);
     if (!drift) return drift.error();
     evidence->drift = *drift;
   } else if (motion.basis.cycle_s > 0.0) {
-    evidence->drift = drift_of(motion, image, mask ? &*mask : nullptr);
+    evidence->drift = drift_of(motion, image, mask);
   }
   if (evidence->drift) console.say(cycle_text({*evidence->drift, {}}));
   out["motion"] = {{"file", command.inputs.front().string()},

@@ -62,7 +62,7 @@ nlohmann::json device_json(const devices::ListedDevice& device) {
   return {{"kind", info.kind},
           {"role", device.role == devices::ListedDevice::Role::kForce ? "force" : "second hand"},
           {"name", info.name},
-          {"place", info.place},
+          {"place", info.address},
           {"usb_id", device.usb_id},
           {"usable", device.usable},
           {"wrong", with_flags(device.wrong)},
@@ -96,9 +96,9 @@ std::string abilities(const DeviceInfo& info) {
 void print_hand(const devices::ListedDevice& device) {
   const DeviceInfo& info = device.info;
   fmt::print("  {:<15}  {}{}\n", info.kind, info.name,
-             info.place.empty()      ? ""
-             : device.usb_id.empty() ? ", " + info.place
-                                     : fmt::format(", {} ({})", info.place, device.usb_id));
+             info.address.empty()    ? ""
+             : device.usb_id.empty() ? ", " + info.address
+                                     : fmt::format(", {} ({})", info.address, device.usb_id));
   if (const std::string words = abilities(info); device.usable && !words.empty())
     fmt::print("                   {}\n", words);
   fmt::print("                   {}\n", device.usable ? "Ready." : with_flags(device.wrong));

@@ -22,11 +22,11 @@ CLI::Validator a_look() {
 void add_tool(CLI::App& app, FeelCommand& command) {
   app.add_option_function<std::string>(
          "--tool",
-         [&command](const std::string& place) {
-           if (!openigtlink::is_place(place))
+         [&command](const std::string& address) {
+           if (!openigtlink::is_address(address))
              throw CLI::ValidationError(
-                 "--tool", "'" + place + "' is no tracker's server: name it igtl://HOST:PORT");
-           const Status set = running::set_option(command.request, "device", place);
+                 "--tool", "'" + address + "' is no tracker's server: name it igtl://HOST:PORT");
+           const Status set = running::set_option(command.request, "device", address);
            if (!set) throw CLI::ValidationError("--tool", set.error().message);
          },
          "A tracked tool is the hand: where an OpenIGTLink server's transforms say that its tip "
@@ -79,7 +79,7 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
          "--overlay", command.overlay,
          "In the headset, above the picture of another OpenXR program that runs; of several "
          "overlays the higher number is in front. Needs a runtime that can (Monado, WiVRn)")
-      ->type_name("PLACE")
+      ->type_name("NUMBER")
       ->check(whole_number_in(0, 1'000'000));
   app.add_flag_callback(
       "--no-panel", [&command] { command.panel = false; },

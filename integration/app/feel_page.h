@@ -10,7 +10,7 @@
 namespace palpate::app {
 
 /// Writes a page for browsers of what was felt: the volume as it moved at the times of its frames,
-/// how far its material was from the carried frame, its segments and their volumes
+/// how far its material was from the carried frame. Also its segments and their volumes
 /// over the cycle, the force and the depth over the run, and the summary's lines. A volume without
 /// samples (formulas) gives curves and numbers only. Uses all cores. kBadOutput as
 /// web::check_can_write_page().

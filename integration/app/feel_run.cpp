@@ -60,7 +60,7 @@ constexpr std::chrono::seconds kLastPicture{5};
 /// What is felt, for titles: a sequence of many files has the name of their folder.
 std::string name_of(const FeelCommand& command) {
   const std::string first = command.request.inputs.front().string();
-  return openigtlink::is_place(first) ? first : files::sequence_name(command.request.inputs);
+  return openigtlink::is_address(first) ? first : files::sequence_name(command.request.inputs);
 }
 
 /// A mouse needs a window, a controller a headset. Errors: kBadInput, with the option that gives
@@ -88,6 +88,8 @@ class FeelRun {
   int run(CancelOnSignal& cancel) {
     cancel.end_at_once(true);
     if (const Status looking = choose_viewers(); !looking) return fail(console_, looking.error());
+
+    // What else can be the hand, and whether that goes with the request.
     running::OtherHands others{viewers_.window != nullptr, viewers_.headset != nullptr, true,
                                command_.page_hand};
     // Only with a device that is simulated by choice: a real hand has the time that it has.
@@ -107,6 +109,8 @@ class FeelRun {
       outputs_.emplace(std::move(*outputs));
     }
     if (const Status opened = open_page(); !opened) return fail(console_, opened.error());
+
+    // Scene and device are read; then what a headset changes, and what is to be said of them.
     auto prepared = prepared_with(others);
     if (!prepared) return fail(console_, prepared.error());
     LoadedScene& scene = prepared->scene;
@@ -128,6 +132,8 @@ class FeelRun {
       console_.say(fmt::format("Second    {}", prepared->second_felt->why));
     for (const std::string& note : notes_of(scene)) console_.say("Note      " + note);
     console_.say("Shown     " + viewers_.why);
+
+    // The session starts; from here on the signals end the run in order.
     add_viewers(prepared->options);
     if (const Status can = check_tubes(); !can) return fail(console_, can.error());
     if (const Status can = check_page(); !can) return fail(console_, can.error());
@@ -174,6 +180,8 @@ class FeelRun {
     // Motion that is found during the run is no part of a recording.
     if (!request.record.empty()) request.sequence.finds_motion = false;
     request.sequence.holds_frames = request.motion && request.record.empty();
+
+    // The work on another thread; here what it does is shown.
     auto work = std::async(std::launch::async, [&] {
       return running::prepare_session(std::move(request), std::move(host), std::move(callbacks),
                                       connected_);
@@ -334,6 +342,8 @@ class FeelRun {
       options.size = {command_.picture_size, command_.picture_size};
       gallery_ = std::make_unique<Gallery>(*connected_.session, options);
     }
+
+    // Who looks, and who is served.
     begin_viewers(scene);
     if (page_) {
       page_->begin(*connected_.session, opened_.page);
@@ -345,6 +355,8 @@ class FeelRun {
                                connected_.server->port()));
     }
     if (command_.json) print(serving_json(connected_, page_ ? &page_->server() : nullptr));
+
+    // The run: a look every few milliseconds, while the loop has its own thread.
     const LiveMotion& motion = connected_.session->motion();
     const auto begin = Clock::now();
     const int64_t begin_ns = computed_time_ ? computed_time_->now_ns() : 0;
@@ -517,6 +529,8 @@ class FeelRun {
     }
     tell_page_numbers();
     if (command_.json) print(served_json(connected_));
+
+    // Files that need the whole run.
     const std::shared_ptr<const ReleasedTubes> tubes = connected_.session->tubes();
     if (!command_.tubes.empty() && done) done = loading::write_tubes(command_.tubes, *tubes);
     FlightRecorder& flight = connected_.flight;
@@ -532,6 +546,8 @@ class FeelRun {
     if (!command_.page.empty() && done)
       done = write_feel_page(command_.page, "Feeling " + name_of(command_),
                              *session.scene()->volumes.front().data, numbers, rows, summary);
+
+    // What was felt, and by whom.
     console_.say(summary);
     if (connected_.second)
       console_.say("Second hand" + summary_text(connected_.second_flight.log()->numbers(),
@@ -542,6 +558,8 @@ class FeelRun {
     if (connected_.tool) console_.say(connected_.tool->summary());
     if (connected_.live) console_.say(connected_.live->summary());
     tell_what_was_sent();
+
+    // Which files there are.
     if (BlackBox* const box = flight.black_box()) {
       for (const fs::path& file : box->files())
         console_.say(fmt::format("Wrote     {}: the ticks around a fault", file.string()));
@@ -660,7 +678,7 @@ Result<std::string> periods_alone(FeelCommand command, CancelOnSignal& cancel) {
                          &request.record, &command.tubes})
     file->clear();
   if (request.device == "mouse" || request.device == "controller") request.device = "simulated";
-  if (openigtlink::is_place(request.device)) request.device = "auto";
+  if (openigtlink::is_address(request.device)) request.device = "auto";
   Console quiet(true, false);
   FeelRun run(command, quiet);
   const int rc = run.run(cancel);

@@ -16,15 +16,15 @@ CLI::Validator a_force_device(std::vector<std::string> others) {
   CLI::Validator known = one_of(words);
   return CLI::Validator(
       [known](std::string& text) {
-        if (openigtlink::is_place(text)) return std::string();
-        const auto [word, place] = devices::force_device_name(text);
+        if (openigtlink::is_address(text)) return std::string();
+        const auto [word, address] = devices::force_device_name(text);
         std::string kind = word;
         const std::string wrong = known(kind);
         if (!wrong.empty()) return wrong + "; the Vulkan device is named with --gpu";
         if (text.find('@') == std::string::npos ||
-            (devices::force_device_kind(word) && !place.empty()))
+            (devices::force_device_kind(word) && !address.empty()))
           return std::string();
-        return fmt::format("'{}': only a real device has a place, as in haply@localhost:10001",
+        return fmt::format("'{}': only a real device has an address, as in haply@localhost:10001",
                            text);
       },
       known.get_description());

@@ -355,6 +355,25 @@ std::vector<MotionPage::FrameCurve> curves_of(const SequenceEvidence& evidence) 
   return curves;
 }
 
+/// Puts the frames, and the steps between them, into the page.
+void fill(MotionPage& page, const SequenceMotion& motion, const std::vector<Volume>& frames,
+          const std::vector<Confidence>& step_confidence) {
+  for (size_t k = 0; k < frames.size(); ++k) {
+    page.add_frame(frames[k]);
+    const bool has_next = motion.basis.cycle_s > 0.0 || k + 1 < frames.size();
+    if (has_next) page.add_step(consecutive_field(motion, k), step_confidence[k]);
+  }
+}
+
+/// The verdict on one motion for all frames, for people and for the summary.
+void conclude_whole(const SequenceEvidence& evidence, MotionResults& found, Console& console) {
+  found.verdict = judged(evidence);
+  found.summary["evidence"] = json_of(evidence);
+  if (evidence.drift) console.say(cycle_text({*evidence.drift, {}}));
+  found.words.curves = curves_of(evidence);
+  found.summary["verdict"] = json_of(*found.verdict);
+}
+
 /// One motion for all frames, then what follows from it.
 Result<MotionResults> find_whole(const MotionCommand& command, const std::string& preset,
                                  Frames& frames, const std::shared_ptr<vulkan::Context>& context,
@@ -389,6 +408,8 @@ Result<MotionResults> find_whole(const MotionCommand& command, const std::string
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
   console.say(sequence_text(*motion, took.count()));
   for (const std::string& note : report.notes) console.say("Note      " + note);
+
+  // Its files, and the page.
   SequenceOutputOptions output;
   output.format = command.format;
   output.names = [&](size_t fixed, size_t moving) {
@@ -404,16 +425,14 @@ Result<MotionResults> find_whole(const MotionCommand& command, const std::string
   found.summary["sequence"]["seconds"] = took.count();
   if (!command.page.empty()) {
     found.page.emplace(frames.grid, frames.count);
-    for (size_t k = 0; k < frames.count; ++k) {
-      found.page->add_frame((*kept)[k]);
-      const bool has_next = motion->basis.cycle_s > 0.0 || k + 1 < frames.count;
-      if (has_next) found.page->add_step(consecutive_field(*motion, k), step_confidence[k]);
-    }
+    fill(*found.page, *motion, *kept, step_confidence);
     found.words = page_words(command, preset, frames, *context);
     found.words.cycle_s = motion->basis.cycle_s;
     found.words.facts.push_back({"Motion", sequence_text(*motion, took.count())});
   }
   if (command.no_verdict) return found;
+
+  // How far it can be trusted.
   auto evidence = examined(
       *motion, *kept, report.confidence, output.mask,
       [&](const SequenceEvidence& so_far, size_t k) { console.say(frame_text(so_far, k)); });
@@ -421,12 +440,40 @@ Result<MotionResults> find_whole(const MotionCommand& command, const std::string
   if (stop.stop_requested()) return stopped;
   evidence->drift = written->drift;
   evidence->ordered_by = frames.ordered_by;
-  found.verdict = judged(*evidence);
-  found.summary["evidence"] = json_of(*evidence);
-  if (evidence->drift) console.say(cycle_text({*evidence->drift, {}}));
-  found.words.curves = curves_of(*evidence);
-  found.summary["verdict"] = json_of(*found.verdict);
+  conclude_whole(*evidence, found, console);
   return found;
+}
+
+/// The frames to estimate between, with the times that the user gave.
+Result<Frames> open_frames(const MotionCommand& command) {
+  auto opened = command.is_pair()
+                    ? files::open_pair(command.inputs[0], command.inputs[1], command.nan_as)
+                    : files::open_sequence(command.inputs, command.nan_as);
+  if (!opened || command.frames_per_second <= 0.0) return opened;
+  opened->times_s.clear();
+  for (size_t k = 0; k < opened->count; ++k)
+    opened->times_s.push_back(double(k) / command.frames_per_second);
+  return opened;
+}
+
+/// The user's mask, without what was NaN in a frame: that says nothing.
+Result<std::optional<Mask>> mask_for(const MotionCommand& command, Frames& frames) {
+  auto mask = files::read_mask_for(command.mask, frames.grid, &frames.notes);
+  if (!mask || !command.nan_as) return mask;
+  return files::mask_of_numbers(command.inputs, *command.nan_as, std::move(*mask), &frames.notes);
+}
+
+/// Puts the results where the user wants them: files under their final names, and the page.
+Status publish(const MotionCommand& command, MotionResults& found, Outputs& outputs,
+               Console& console) {
+  Status done = Nothing{};
+  if (!command.is_pair()) done = write_summary(outputs, found.summary);
+  if (done) done = outputs.publish();
+  if (!done || !found.page) return done;
+  found.words.verdict = found.verdict ? &*found.verdict : nullptr;
+  done = found.page->write(found.words, command.page);
+  if (done) console.say(fmt::format("Wrote     {}", command.page.string()));
+  return done;
 }
 
 int run(const MotionCommand& command) {
@@ -437,26 +484,12 @@ int run(const MotionCommand& command) {
   if (const Status wish = check_wish(command); !wish) return fail(console, wish.error());
   if (const Status name = check_output_name(command); !name) return fail(console, name.error());
   if (const Status page = check_page(command); !page) return fail(console, page.error());
-  const auto open_frames = [&]() -> Result<Frames> {
-    auto opened = command.is_pair()
-                      ? files::open_pair(command.inputs[0], command.inputs[1], command.nan_as)
-                      : files::open_sequence(command.inputs, command.nan_as);
-    if (!opened || command.frames_per_second <= 0.0) return opened;
-    opened->times_s.clear();
-    for (size_t k = 0; k < opened->count; ++k)
-      opened->times_s.push_back(double(k) / command.frames_per_second);
-    return opened;
-  };
   auto opening = begin_open_device(command.device);  // in parallel to reading the files
-  auto frames = open_frames();
+  auto frames = open_frames(command);
   if (!frames) return fail(console, frames.error());
   if (const Status names = check_names(command, frames->count); !names)
     return fail(console, names.error());
-  auto mask = files::read_mask_for(command.mask, frames->grid, &frames->notes);
-  // What was NaN in a frame says nothing.
-  if (mask && command.nan_as)
-    mask =
-        files::mask_of_numbers(command.inputs, *command.nan_as, std::move(*mask), &frames->notes);
+  auto mask = mask_for(command, *frames);
   if (!mask) return fail(console, mask.error());
   console.say(fmt::format("Frames    {}", files::frames_text(*frames)));
   if (command.is_whole(frames->count) && frames->times_s.empty())
@@ -496,19 +529,12 @@ int run(const MotionCommand& command) {
     // A result that is not good enough is not written if there is a better setting.
     if (n + 1 < choices.size() && found->verdict && found->verdict->trust != Trust::kOk) {
       console.say(verdict_text(*found->verdict));
-      frames = open_frames();  // frames can be read only once
+      frames = open_frames(command);  // frames can be read only once
       if (!frames) return fail(console, frames.error());
       continue;
     }
-    Status done = Nothing{};
-    if (!command.is_pair()) done = write_summary(*outputs, found->summary);
-    if (done) done = outputs->publish();
-    if (done && found->page) {
-      found->words.verdict = found->verdict ? &*found->verdict : nullptr;
-      done = found->page->write(found->words, command.page);
-      if (done) console.say(fmt::format("Wrote     {}", command.page.string()));
-    }
-    if (!done) return fail(console, done.error());
+    if (const Status done = publish(command, *found, *outputs, console); !done)
+      return fail(console, done.error());
     return conclude(command, found->slowest_s, found->verdict, found->summary, console);
   }
 }

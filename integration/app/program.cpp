@@ -73,11 +73,11 @@ std::vector<std::filesystem::path> paths_of(const CLI::App& app,
 
 int run_checked(const Command& command) {
   const auto inputs = paths_of(*command.app, command.reads);
-  Status sound = check_are_files(inputs);
-  if (sound) sound = check_overwrites(inputs, paths_of(*command.app, command.writes));
-  if (sound) return command.run();
-  fmt::print(stderr, "{}: {}.\n", kProgramName, sound.error().message);
-  return exit_code(sound.error());
+  Status checked = check_are_files(inputs);
+  if (checked) checked = check_overwrites(inputs, paths_of(*command.app, command.writes));
+  if (checked) return command.run();
+  fmt::print(stderr, "{}: {}.\n", kProgramName, checked.error().message);
+  return exit_code(checked.error());
 }
 
 int run(int argc, char** argv) {

@@ -13,9 +13,10 @@
 /// Pages of a pair or a sequence: frames, motion fields and their errors, as PNG.
 ///
 /// All pictures cut the patient along axial, coronal and sagittal planes in LPS, whatever the
-/// direction and spacing of the grid, on one scale in mm, hung as radiologists do: patient's left
-/// on the right, front at the top or left, head up. Views on which the volume is only a sliver (one
-/// slice) are left out. Fields and confidence may lie on a coarser grid than the frame.
+/// direction and spacing of the grid. They have one scale in mm, and hang as radiologists do:
+/// patient's left on the right, front at the top or left, head up. Views on which the volume is
+/// only a sliver (one slice) are left out. Fields and confidence may lie on a coarser grid than the
+/// frame.
 ///
 /// Every function writes its file whole or not at all (temporary file beside it, then rename) and
 /// replaces an older one. Errors: kBadOutput if it can not be written, kBadInput if a volume or

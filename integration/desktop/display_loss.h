@@ -3,7 +3,7 @@
 namespace palpate::desktop {
 
 /// When the connection to the X server breaks (it crashed, or an ssh tunnel ended), Xlib prints a
-/// sentence of its own and ends the process from within whatever was called: the force would end
+/// sentence of its own and ends the process from within whatever was called. The force would end
 /// without a ramp and a recording without its end. After this call the connection is only marked as
 /// lost and calls return; nothing more may be asked of the display then, not even to close the
 /// window. To be called after glfwInit(), from the thread of the window. Does nothing where the

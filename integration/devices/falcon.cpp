@@ -87,7 +87,7 @@ class FalconDevice::Worker {
   const FalconOptions options_;
   const std::vector<uint8_t> firmware_;
   mutable std::mutex info_mutex_;  ///< never taken by exchange()
-  std::string place_;
+  std::string address_;
 
   std::unique_ptr<falcon::FalconLink> link_;
   falcon::FalconJudge judge_;
@@ -123,7 +123,7 @@ FalconDevice::Worker::~Worker() {
 DeviceInfo FalconDevice::Worker::info() const {
   DeviceInfo info = falcon_info();
   const std::lock_guard lock(info_mutex_);
-  info.place = place_;
+  info.address = address_;
   return info;
 }
 
@@ -264,7 +264,7 @@ void FalconDevice::Worker::search() {
   DeviceFault reason = opened_ > 0 ? DeviceFault::kUnplugged : DeviceFault::kNotOpened;
   bool first = true;
   for (const usb::BusDevice& found : usb::find(context.get(), is_falcon)) {
-    if (!options_.place.empty() && options_.place != found.place) continue;
+    if (!options_.address.empty() && options_.address != found.address) continue;
     const DeviceFault fault = try_open(context, found);
     if (fault == DeviceFault::kNone || stop_) return;
     if (first) reason = fault;
@@ -289,7 +289,7 @@ DeviceFault FalconDevice::Worker::try_open(usb::ContextPtr& context, const usb::
   link_ = std::move(link);
   {
     const std::lock_guard lock(info_mutex_);
-    place_ = found.place;
+    address_ = found.address;
   }
   judge_.restart();
   was_cut_ = false;

@@ -12,9 +12,9 @@ namespace palpate::devices {
 struct FalconOptions {
   /// The user's own firmware image; empty: none. palpate has none to give.
   std::string firmware_file;
-  /// Only the device that is plugged in at this place ("usb 1-2"); empty: the first that can be
+  /// Only the device that is plugged in at this address ("usb 1-2"); empty: the first that can be
   /// opened.
-  std::string place;
+  std::string address;
   /// How long exchange() waits for an answer. Longer only for tests on machines that are busy.
   int64_t answer_wait_ns = 1'000'000;
   /// The force is cut after so long without an exchange.
@@ -33,7 +33,7 @@ struct FalconCounts {
   bool event_character = false;  ///< the fast turnaround is on; else the latency timer's pace
 };
 
-/// What every Falcon is like; place is empty. Its delay_s is 0 because nobody has measured it.
+/// What every Falcon is like; address is empty. Its delay_s is 0 because nobody has measured it.
 DeviceInfo falcon_info();
 
 /// A Novint Falcon (USB 0403:cb48), without its maker's driver.
@@ -44,7 +44,7 @@ DeviceInfo falcon_info();
 /// once with the fault.
 ///
 /// Force is zero until the encoders have found their zero marks and for a settling time after, and
-/// as long as there is any fault: it is cut at once, not along a ramp, since the position that it
+/// as long as there is any fault. It is cut at once, not along a ramp, since the position that it
 /// depended on is not to be trusted. If exchange() is not called for away_ns while there is a
 /// force, the thread cuts it. Lights: red not homed, green homed, blue in contact.
 class FalconDevice final : public ForceDevice {

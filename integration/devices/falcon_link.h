@@ -40,7 +40,7 @@ class FalconLink {
   ///
   /// Answers have no number, so one that nobody fetched would make every later one an exchange old.
   /// Where that may be (at the start, after an answer that was given up) the next exchange first
-  /// reads until the chip says that it has nothing, and takes up to 2 wait_ns for once; one that is
+  /// reads until the chip says that it has nothing, and takes up to 2 wait_ns for once. One that is
   /// later still is known by coming before the command has gone out. Servo thread; real-time as
   /// said above.
   FalconOutcome exchange(const Packet& command, int64_t wait_ns) noexcept;

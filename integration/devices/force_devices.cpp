@@ -24,7 +24,7 @@ using DeviceResult = Result<std::unique_ptr<ForceDevice>>;
 DeviceResult make_falcon(const ForceDeviceOptions& options) {
   FalconOptions falcon;
   falcon.firmware_file = options.firmware_file;
-  falcon.place = options.place;
+  falcon.address = options.address;
   auto made = FalconDevice::make(falcon);
   if (!made) return made.error();
   return std::unique_ptr<ForceDevice>(std::move(*made));
@@ -44,23 +44,23 @@ std::optional<uint16_t> port_of(std::string_view text) {
 }
 
 /// "049D", or "localhost:10001", or with the port of the events, "localhost:10001:10020".
-Result<HaplyOptions> haply_options(const std::string& place) {
+Result<HaplyOptions> haply_options(const std::string& address) {
   HaplyOptions options;
-  const size_t colon = place.find(':');
+  const size_t colon = address.find(':');
   if (colon == std::string::npos) {
-    options.device_id = place;
+    options.device_id = address;
     return options;
   }
-  options.host = place.substr(0, colon);
-  const std::string ports = place.substr(colon + 1);
+  options.host = address.substr(0, colon);
+  const std::string ports = address.substr(colon + 1);
   const size_t second = ports.find(':');
   const auto port = port_of(ports.substr(0, second));
   const auto events =
       second == std::string::npos ? options.events_port : port_of(ports.substr(second + 1));
   if (options.host.empty() || !port || !events)
     return Error{ErrorKind::kBadInput,
-                 "'" + place +
-                     "' is no place of a Haply device: give its number (049D), or where "
+                 "'" + address +
+                     "' is no address of a Haply device: give its number (049D), or where "
                      "its service is (localhost:10001)"};
   options.port = *port;
   options.events_port = *events;
@@ -68,34 +68,34 @@ Result<HaplyOptions> haply_options(const std::string& place) {
 }
 
 DeviceResult make_haply(const ForceDeviceOptions& options) {
-  auto haply = haply_options(options.place);
+  auto haply = haply_options(options.address);
   if (!haply) return haply.error();
   return device_of_link(make_haply_link(*haply), options);
 }
 
 bool haply_may_be_there(const ForceDeviceOptions& options) {
-  const auto haply = haply_options(options.place);
+  const auto haply = haply_options(options.address);
   return haply && haply_service_answers(*haply);
 }
 
 // ---- Force Dimension
 
-Result<ForceDimensionOptions> force_dimension_options(const std::string& place) {
+Result<ForceDimensionOptions> force_dimension_options(const std::string& address) {
   ForceDimensionOptions options;
-  if (place.empty()) return options;
-  const char* const end = place.data() + place.size();
-  const auto [last, error] = std::from_chars(place.data(), end, options.index);
+  if (address.empty()) return options;
+  const char* const end = address.data() + address.size();
+  const auto [last, error] = std::from_chars(address.data(), end, options.index);
   if (error != std::errc() || last != end || options.index < 0)
-    return Error{ErrorKind::kBadInput, "'" + place +
-                                           "' is no place of a Force Dimension device: give its "
+    return Error{ErrorKind::kBadInput, "'" + address +
+                                           "' is no address of a Force Dimension device: give its "
                                            "number, from 0"};
   return options;
 }
 
 DeviceResult make_force_dimension(const ForceDeviceOptions& options) {
-  const auto of_place = force_dimension_options(options.place);
-  if (!of_place) return of_place.error();
-  return device_of_link(make_force_dimension_link(*of_place), options);
+  const auto of_address = force_dimension_options(options.address);
+  if (!of_address) return of_address.error();
+  return device_of_link(make_force_dimension_link(*of_address), options);
 }
 
 bool force_dimension_may_be_there(const ForceDeviceOptions&) {
@@ -106,7 +106,7 @@ bool force_dimension_may_be_there(const ForceDeviceOptions&) {
 
 DeviceResult make_touch(const ForceDeviceOptions& options) {
   TouchOptions touch;
-  touch.configuration = options.place;
+  touch.configuration = options.address;
   return device_of_link(make_touch_link(touch), options);
 }
 
@@ -118,12 +118,12 @@ bool touch_may_be_there(const ForceDeviceOptions&) {
 
 DeviceResult make_polhem(const ForceDeviceOptions& options) {
   PolhemOptions polhem;
-  polhem.port = options.place;
+  polhem.port = options.address;
   return device_of_link(make_polhem_link(polhem), options);
 }
 
 bool polhem_may_be_there(const ForceDeviceOptions& options) {
-  return !options.place.empty() || !polhem_ports().empty();
+  return !options.address.empty() || !polhem_ports().empty();
 }
 
 std::vector<ForceDeviceKind>& kinds() {
@@ -193,7 +193,7 @@ bool answers(ForceDevice& device) {
 }  // namespace
 
 DeviceResult find_force_device(const std::string& name, ForceDeviceOptions options) {
-  auto [word, place] = force_device_name(name);
+  auto [word, address] = force_device_name(name);
   const bool any = name == "auto";
   if (!any && !force_device_kind(word)) {
     std::string known = "auto";
@@ -201,7 +201,7 @@ DeviceResult find_force_device(const std::string& name, ForceDeviceOptions optio
     return Error{ErrorKind::kBadInput,
                  "There is no force device '" + name + "': choose one of " + known};
   }
-  options.place = std::move(place);
+  options.address = std::move(address);
   for (const ForceDeviceKind& kind : force_device_kinds()) {
     if (!any && word != kind.kind) continue;
     // A device that is not there is not waited for: that would delay the first picture by a second.

@@ -212,7 +212,7 @@ class ForceDimensionLink final : public DeviceLink {
     tell(model_of(library_->get_system_type(id_)));
     const char* name = library_->get_system_name(id_);
     info_.name = name && *name ? std::string("Force Dimension ") + name : "Force Dimension device";
-    info_.place = std::to_string(index);
+    info_.address = std::to_string(index);
     has_wrist_ = library_->has_wrist && library_->has_wrist(id_);
     has_gripper_ = library_->has_gripper && library_->has_gripper(id_);
     info_.sensed_dof = has_wrist_ ? 6 : 3;

@@ -40,7 +40,7 @@ class HaplyLink final : public DeviceLink {
     info.name = small                  ? "Haply Minverse"
                 : type_ == "inverse3x" ? "Haply Inverse3x"
                                        : "Haply Inverse3";
-    if (!id_.empty()) info.place = id_;
+    if (!id_.empty()) info.address = id_;
     info.max_force_n = kHaplyForce_n;
     info.max_stiffness_n_per_m = kHaplyStiffness_n_per_m;
     // Before its type is known: what both can do.

@@ -35,8 +35,8 @@ struct MassProperties {
 /// the motor's force is constant and the hand's intended position moves evenly; then
 ///   (m+M) a + (b+B) v + K (x - x'(t)) = F + B v' - c v/|v|
 /// is solved exactly (by its power series, no quadrature) as long as the direction of the friction
-/// stays: always in one dimension, where stops and starts are found as events, and to first order
-/// in the length of the step where the path bends. A value; no clock, no allocation.
+/// stays. That is always in one dimension, where stops and starts are found as events, and to first
+/// order in the length of the step where the path bends. A value; no clock, no allocation.
 class HeldMass {
  public:
   HeldMass(const MassProperties& properties, glm::dvec3 position_m);

@@ -143,7 +143,7 @@ DeviceList list_devices() {
         check_falcon(found.device.get(), listed);
       else
         check_spacemouse(found, listed);
-      listed.info.place = found.place;
+      listed.info.address = found.address;
       listed.usable = listed.wrong.empty();
       list.devices.push_back(std::move(listed));
     }

@@ -24,8 +24,8 @@ struct DeviceList {
 };
 
 /// What is plugged in now. Opens each device briefly to see whether it can be used: a Falcon's
-/// motors are told zero and asked for an answer, which takes about a second if it has no firmware;
-/// what a maker's service or library drives is opened too, within 1.5 s a kind. A device in use by
+/// motors are told zero and asked for an answer, which takes about a second if it has no firmware.
+/// What a maker's service or library drives is opened too, within 1.5 s a kind. A device in use by
 /// another program is left alone. Not real-time safe.
 DeviceList list_devices();
 

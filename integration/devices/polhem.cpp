@@ -63,7 +63,7 @@ class PolhemLink final : public DeviceLink {
     DeviceInfo info;
     info.kind = "polhem";
     info.name = "Polhem";
-    info.place = port_;
+    info.address = port_;
     info.max_force_n = kPolhemForce_n;
     info.max_stiffness_n_per_m = kPolhemStiffness_n_per_m;
     info.workspace_radius_m = kRadius_m;

@@ -61,7 +61,7 @@ class SpaceMouse::Listener {
     info.kind = "spacemouse";
     const std::lock_guard lock(info_mutex_);
     info.name = name_;
-    info.place = place_;
+    info.address = address_;
     info.sensed_dof = 6;
     info.actuated_dof = 0;
     return info;
@@ -102,7 +102,7 @@ class SpaceMouse::Listener {
     if (!context) return reason;
     bool first = true;
     for (const usb::BusDevice& found : usb::find(context.get(), is_spacemouse)) {
-      if (!options_.place.empty() && options_.place != found.place) continue;
+      if (!options_.address.empty() && options_.address != found.address) continue;
       const auto input = usb::hid_input(found.device.get());
       if (!input) continue;
       const usb::ClaimedDevice opened = usb::open(found.device.get(), input->interface);
@@ -119,7 +119,7 @@ class SpaceMouse::Listener {
   void name(const usb::BusDevice& found) {
     const std::lock_guard lock(info_mutex_);
     name_ = std::string("3Dconnexion ") + spacemouse::model_of(found.vendor, found.product)->name;
-    place_ = found.place;
+    address_ = found.address;
   }
 
   UsbProblem listen(libusb_device_handle* handle, const usb::HidInput& input) {
@@ -163,7 +163,7 @@ class SpaceMouse::Listener {
 
   const SpaceMouseOptions options_;
   mutable std::mutex info_mutex_;  ///< never taken by read()
-  std::string name_ = "3Dconnexion SpaceMouse", place_;
+  std::string name_ = "3Dconnexion SpaceMouse", address_;
 
   std::atomic<uint64_t> axes_ = 0;
   std::atomic<uint32_t> buttons_ = 0;

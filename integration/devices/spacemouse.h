@@ -10,7 +10,7 @@ namespace palpate::devices {
 
 struct SpaceMouseOptions {
   /// Only the one that is plugged in there ("usb 1-2"); empty: the first that can be opened.
-  std::string place;
+  std::string address;
   double full_speed_m_per_s = 0.15;
   double full_turn_rad_per_s = 1.5;
   int dead_zone = 8;  ///< counts of 350; a puck let go comes to rest near zero, not at it

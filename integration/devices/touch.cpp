@@ -262,7 +262,7 @@ class TouchLink final : public DeviceLink {
   explicit TouchLink(const TouchOptions& options) : options_(options) {
     info_.kind = "touch";
     info_.name = "3D Systems Touch";
-    info_.place = options_.configuration;
+    info_.address = options_.configuration;
     // Of the smallest, a Touch, until the device tells its own.
     info_.max_force_n = 3.3;
     info_.continuous_force_n = 0.88;

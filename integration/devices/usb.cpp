@@ -8,11 +8,12 @@ namespace {
 
 /// As the kernel names the device: bus, then the port at each hub on the way.
 std::string place_of(libusb_device* device) {
-  std::string place = "usb " + std::to_string(libusb_get_bus_number(device));
+  std::string address = "usb " + std::to_string(libusb_get_bus_number(device));
   std::array<uint8_t, 7> ports{};  // USB's depth
   const int count = libusb_get_port_numbers(device, ports.data(), int(ports.size()));
-  for (int n = 0; n < count; ++n) place += (n == 0 ? "-" : ".") + std::to_string(ports[size_t(n)]);
-  return place;
+  for (int n = 0; n < count; ++n)
+    address += (n == 0 ? "-" : ".") + std::to_string(ports[size_t(n)]);
+  return address;
 }
 
 }  // namespace
@@ -94,7 +95,7 @@ std::vector<BusDevice> find(libusb_context* context, bool (*wanted)(uint16_t, ui
   if (count >= 0) libusb_free_device_list(list, 1);
   // libusb lists the newest first when devices are plugged in while it runs.
   std::sort(found.begin(), found.end(),
-            [](const BusDevice& a, const BusDevice& b) { return a.place < b.place; });
+            [](const BusDevice& a, const BusDevice& b) { return a.address < b.address; });
   return found;
 }
 

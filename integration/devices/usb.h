@@ -60,7 +60,7 @@ ContextPtr make_context() noexcept;
 struct BusDevice {
   DevicePtr device;
   uint16_t vendor = 0, product = 0;
-  std::string place;  ///< "usb 1-2.3": bus and ports, as the kernel names it
+  std::string address;  ///< "usb 1-2.3": bus and ports, as the kernel names it
 };
 
 /// All devices for which wanted(vendor, product) holds, in the order of the bus.

@@ -151,7 +151,7 @@ Result<AtomicFile> AtomicFile::create(const fs::path& path) {
   AtomicFile file;
   file.path_ = path;
   file.target_ = behind_links(path);
-  if (const Status sound = check_target(path, file.target_); !sound) return sound.error();
+  if (const Status good = check_target(path, file.target_); !good) return good.error();
   // Again if another process took the file for an abandoned one before it was locked.
   for (struct stat status{}; status.st_nlink == 0;) {
     file.discard();

@@ -217,7 +217,7 @@ Result<std::unique_ptr<FrameSource>> open_frame_files(
           "holds {} frames itself, but as one of several files it must hold one: name it alone",
           raster->frame_count());
     }
-    if (const Status sound = check_claims(*raster); !sound) return sound.error();
+    if (const Status good = check_claims(*raster); !good) return good.error();
     if (!rasters.empty() && !same_geometry(raster->grid, rasters.front().grid)) {
       return bad_input(file, "(frame {}) has {}: resample all frames to one grid", rasters.size(),
                        difference(raster->grid, rasters.front().grid));

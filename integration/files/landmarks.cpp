@@ -108,8 +108,7 @@ Result<Landmarks> parse_table(const std::filesystem::path& file, std::string_vie
     const std::string_view line = trimmed(take_line(text));
     if (line.empty()) continue;
     if (line.front() == '#') {
-      if (const Status sound = take_comment(file, line.substr(1), table); !sound)
-        return sound.error();
+      if (const Status good = take_comment(file, line.substr(1), table); !good) return good.error();
       continue;
     }
     const auto parts = split(line);

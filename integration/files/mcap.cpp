@@ -55,6 +55,23 @@ uint32_t crc_on(uint32_t crc, std::string_view bytes) {
   return uint32_t(crc32_z(crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
+/// Where a chunk is, and in it the messages of each channel.
+std::string index_record(const auto& chunk) {
+  McapContent places;
+  for (const auto& [channel, at] : chunk.index_at) places.whole(channel).whole(at);
+  return McapContent{}
+      .whole(chunk.start_ns)
+      .whole(chunk.end_ns)
+      .whole(chunk.at)
+      .whole(chunk.length)
+      .text(places.bytes)
+      .whole(chunk.index_length)
+      .text("")
+      .whole(chunk.bytes)
+      .whole(chunk.bytes)
+      .record(McapRecord::kChunkIndex);
+}
+
 }  // namespace
 
 Result<McapWriter> McapWriter::create(const std::filesystem::path& path) {
@@ -165,19 +182,7 @@ Status McapWriter::finish() {
   for (const McapChunk& chunk : chunks_) {
     start_ns = std::min(start_ns, chunk.start_ns);
     end_ns = std::max(end_ns, chunk.end_ns);
-    McapContent places;
-    for (const auto& [channel, at] : chunk.index_at) places.whole(channel).whole(at);
-    indices += McapContent{}
-                   .whole(chunk.start_ns)
-                   .whole(chunk.end_ns)
-                   .whole(chunk.at)
-                   .whole(chunk.length)
-                   .text(places.bytes)
-                   .whole(chunk.index_length)
-                   .text("")
-                   .whole(chunk.bytes)
-                   .whole(chunk.bytes)
-                   .record(McapRecord::kChunkIndex);
+    indices += index_record(chunk);
   }
   McapContent counts;
   for (size_t channel = 0; channel < counts_.size(); ++channel) {

@@ -19,8 +19,8 @@ class FrameSource;
 ///
 /// Inputs are one of: a file with several frames (NRRD, 3D Slicer .seq.nrrd with the list axis
 /// anywhere, MetaImage, NIfTI); a folder of 3D files, ordered by their names (frame_names.h); a
-/// folder (with folders below) of DICOM slices of a 4D series or of one series per phase; a list of
-/// 3D files; a list of DICOM folders, one frame each. Among several DICOM images in a folder
+/// folder (with folders below) of DICOM slices of a 4D series or of one series per phase. Or a list
+/// of 3D files; a list of DICOM folders, one frame each. Among several DICOM images in a folder
 /// "FOLDER#SERIES" chooses, see split_series().
 class SequenceReader {
  public:

@@ -34,11 +34,12 @@ struct Segmentation {
   glm::vec3 colour(const std::vector<std::string>& labels) const;
 };
 
-/// A file of a segmentation: 3D Slicer's .seg.nrrd, with names, colours and layers (where it lies
-/// in space is what its grid says; Segmentation_ReferenceImageExtentOffset adds nothing to that),
-/// or a label map in any format of one file, in which every value but 0 is a part. A label map of
-/// several frames (4D) gives one segmentation for each. kBadInput in one sentence: what can not be
-/// read, samples that are not whole numbers, more than 1000 labels, no label at all. Any thread.
+/// A file of a segmentation: 3D Slicer's .seg.nrrd, with names, colours and layers, or a
+/// label map in any format of one file, in which every value but 0 is a part. Where it lies in
+/// space is what its grid says; Segmentation_ReferenceImageExtentOffset adds nothing to that. A
+/// label map of several frames (4D) gives one segmentation for each. kBadInput in one sentence:
+/// what can not be read, samples that are not whole numbers, more than 1000 labels, no label at
+/// all. Any thread.
 Result<std::vector<Segmentation>> read_segmentation(const std::filesystem::path& file);
 
 /// Whether the header of a file says that it is 3D Slicer's.

@@ -60,6 +60,29 @@ void feel(LoadedScene& scene, size_t v, ChosenWall wall, MovingVolume& volume) {
       {part.name, colour, {sampled_scalar(std::move(wall.derived->distance_mm))}, part.shown});
 }
 
+/// The scale at which a volume is shown: a derived wall must hold a hand at that.
+Result<double> shown_scale(const LoadedScene& scene, const VolumeSpec& spec,
+                           const MovingVolume& volume) {
+  const auto start = start_transform(spec, volume);
+  if (!start) return start.error();
+  const glm::dvec3 scale = start->scale;
+  return std::cbrt(scale.x * scale.y * scale.z) *
+         (scene.from_sequence ? scale_to_reach(*volume.frames.front(), kUsualReach_m) : 1.0);
+}
+
+/// The wall that is felt of a volume's values; none where nothing is, or what a scene's modes say.
+/// With segments their walls are felt, the values only if that is asked for.
+std::optional<Result<ChosenWall>> felt_wall(const LoadedScene& scene, const VolumeSpec& spec,
+                                            const MovingVolume& volume, const WallFrame& frame,
+                                            bool chooses, const SequenceChoices& choices) {
+  if (spec.segments.from != SegmentsFrom::kFiles && !scene.from_sequence)
+    return derive_wall(frame, spec.segments, spec.files.front());
+  if (chooses && !frame.values.values.empty() && (volume.segments.empty() || choices.iso_value))
+    return choose_wall(frame, choices, can_carry_one_wall(spec, volume, frame.values, choices),
+                       spec.files.front());
+  return std::nullopt;
+}
+
 /// Loads the data of one volume of the scene's spec. chooses: the spec has no modes, so the choices
 /// say what is felt.
 Status load_volume(LoadedScene& scene, size_t v, bool chooses, const SequenceChoices& choices,
@@ -93,27 +116,16 @@ Status load_volume(LoadedScene& scene, size_t v, bool chooses, const SequenceCho
   auto volume = spec.source.empty() ? carry_motion(spec, std::move(read)) : build(spec);
   if (!volume) return volume.error();
 
-  // A derived wall must hold a hand at the scale at which the volume is shown.
-  const auto start = start_transform(spec, *volume);
-  if (!start) return start.error();
-  const glm::dvec3 scale = start->scale;
-  const double shown =
-      std::cbrt(scale.x * scale.y * scale.z) *
-      (scene.from_sequence ? scale_to_reach(*volume->frames.front(), kUsualReach_m) : 1.0);
+  const auto shown = shown_scale(scene, spec, *volume);
+  if (!shown) return shown.error();
   const SegmentSpec part =
       spec.segments.parts.empty() ? SegmentSpec() : spec.segments.parts.front();
   frame.half_mm = half_thickness_mm(
       std::min(kFirmPress_n, scene.from_sequence ? choices.strength_n : part.strength_n),
-      scene.spec.stiffness_n_per_m, part.stiffness_n_per_m, shown);
+      scene.spec.stiffness_n_per_m, part.stiffness_n_per_m, *shown);
 
-  // What is felt of it. With segments their walls are felt, the values only if that is asked for.
-  std::optional<Result<ChosenWall>> wall;
-  if (spec.segments.from != SegmentsFrom::kFiles && !scene.from_sequence)
-    wall = derive_wall(frame, spec.segments, spec.files.front());
-  else if (chooses && !frame.values.values.empty() &&
-           (volume->segments.empty() || choices.iso_value))
-    wall = choose_wall(frame, choices, can_carry_one_wall(spec, *volume, frame.values, choices),
-                       spec.files.front());
+  // What is felt of it.
+  auto wall = felt_wall(scene, spec, *volume, frame, chooses, choices);
   if (wall && !*wall) return wall->error();
   if (wall) feel(scene, v, std::move(**wall), *volume);
 

@@ -20,9 +20,9 @@ namespace palpate::testing {
 using FieldMatcher = ::testing::Matcher<const Field&>;
 
 /// Optical flow (DIS, Farneback) on slices of three orientations differs from the field's in-plane
-/// part by a median of at most `voxels` and a 95th percentile of at most four times that, by the
-/// better method of each orientation, where the two can be compared. A pair in which nothing can be
-/// compared does not match.
+/// part by a median of at most `voxels` and a 95th percentile of at most four times that. It takes
+/// the better method of each orientation, where the two can be compared. A pair in which nothing
+/// can be compared does not match.
 FieldMatcher AgreesWithOpticalFlow(Volume fixed, Volume moving, double voxels = 0.5);
 
 /// det(I + grad u) > 0 at the eight corners of every sample.

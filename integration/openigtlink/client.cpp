@@ -36,21 +36,21 @@ struct Client::Address {
   }
 };
 
-bool is_place(const std::string& text) {
+bool is_address(const std::string& text) {
   return text.starts_with(kScheme);
 }
 
-Result<ServerAddress> read_place(const std::string& text) {
+Result<ServerAddress> read_address(const std::string& text) {
   const Error wrong{
       ErrorKind::kBadInput,
       fmt::format("'{}' is not the address of an OpenIGTLink server: give igtl://HOST "
                   "or igtl://HOST:PORT, with {} behind it if its messages have no CRC",
                   text, kNoCrc)};
-  if (!is_place(text)) return wrong;
+  if (!is_address(text)) return wrong;
   std::string rest = text.substr(kScheme.size());
-  ServerAddress place;
+  ServerAddress server;
   if (rest.ends_with(kNoCrc)) {
-    place.accepts_no_crc = true;
+    server.accepts_no_crc = true;
     rest.resize(rest.size() - kNoCrc.size());
   }
   if (rest.ends_with('/')) rest.pop_back();
@@ -58,37 +58,37 @@ Result<ServerAddress> read_place(const std::string& text) {
   if (rest.starts_with('[')) {
     const size_t end = rest.find(']');
     if (end == std::string::npos) return wrong;
-    place.host = rest.substr(1, end - 1);
+    server.host = rest.substr(1, end - 1);
     port = rest.substr(end + 1);
   } else {
     const size_t colon = rest.find(':');
-    place.host = rest.substr(0, colon);
+    server.host = rest.substr(0, colon);
     if (colon != std::string::npos) port = rest.substr(colon);
   }
-  if (place.host.empty() || place.host.find_first_of("/?") != std::string::npos) return wrong;
-  if (port.empty()) return place;
+  if (server.host.empty() || server.host.find_first_of("/?") != std::string::npos) return wrong;
+  if (port.empty()) return server;
   int number = 0;
   const auto [end, error] = std::from_chars(port.data() + 1, port.data() + port.size(), number);
   if (port[0] != ':' || error != std::errc() || end != port.data() + port.size() || number < 1 ||
       number > 65535)
     return wrong;
-  place.port = uint16_t(number);
-  return place;
+  server.port = uint16_t(number);
+  return server;
 }
 
-Result<std::unique_ptr<Client>> Client::start(const ServerAddress& place, ClientOptions options) {
+Result<std::unique_ptr<Client>> Client::start(const ServerAddress& server, ClientOptions options) {
   auto client = std::unique_ptr<Client>(new Client(std::move(options)));
-  client->name_ = fmt::format("{}:{}", place.host, place.port);
-  client->accepts_no_crc_ = place.accepts_no_crc;
+  client->name_ = fmt::format("{}:{}", server.host, server.port);
+  client->accepts_no_crc_ = server.accepts_no_crc;
   client->address_ = std::make_shared<Address>();
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;
   wanted.ai_family = AF_UNSPEC;
-  if (getaddrinfo(place.host.c_str(), std::to_string(place.port).c_str(), &wanted,
+  if (getaddrinfo(server.host.c_str(), std::to_string(server.port).c_str(), &wanted,
                   &client->address_->first) != 0)
     return Error{
         ErrorKind::kBadInput,
-        fmt::format("There is no host '{}': check its name, or give its address", place.host)};
+        fmt::format("There is no host '{}': check its name, or give its address", server.host)};
   client->thread_ = std::jthread([c = client.get()](std::stop_token stop) { c->run(stop); });
   return client;
 }

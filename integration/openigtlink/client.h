@@ -24,9 +24,9 @@ struct ServerAddress {
   /// are left out, as those with a wrong CRC always are.
   bool accepts_no_crc = false;
 };
-bool is_place(const std::string& text);
+bool is_address(const std::string& text);
 /// kBadInput in one sentence.
-Result<ServerAddress> read_place(const std::string& text);
+Result<ServerAddress> read_address(const std::string& text);
 
 /// An image as it arrived: all of it.
 struct ArrivedImage {
@@ -63,7 +63,7 @@ struct ClientNumbers {
 class Client {
  public:
   /// kBadInput if there is no such host. Does not wait for a connection.
-  static Result<std::unique_ptr<Client>> start(const ServerAddress& place, ClientOptions options);
+  static Result<std::unique_ptr<Client>> start(const ServerAddress& server, ClientOptions options);
   /// Ends the thread within 100 ms.
   ~Client();
   Client(const Client&) = delete;

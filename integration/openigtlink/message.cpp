@@ -184,6 +184,89 @@ Bytes image_message(const std::string& device, double time_s, const Grid& grid,
   return message("IMAGE", device, time_s, out.bytes);
 }
 
+/// The header of an IMAGE as it is sent.
+struct ImageFields {
+  int components = 0, scalar_type = 0, endian = 0, coordinates = 0;
+  glm::ivec3 whole, first, size;  ///< samples of the image, and of the part that was sent
+  glm::dmat3 columns;             ///< from one sample to the next, mm
+  glm::dvec3 centre;              ///< of the whole image, mm
+};
+
+ImageFields image_fields(std::span<const std::byte> content) {
+  ImageFields fields;
+  Reader in(content);
+  in.number<uint16_t>();  // of the image's format: 1 or 2, of one layout
+  fields.components = in.byte(), fields.scalar_type = in.byte();
+  fields.endian = in.byte(), fields.coordinates = in.byte();
+  for (int a = 0; a < 3; ++a) fields.whole[a] = in.number<uint16_t>();
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r) fields.columns[c][r] = in.real();
+  for (int r = 0; r < 3; ++r) fields.centre[r] = in.real();
+  for (int a = 0; a < 3; ++a) fields.first[a] = in.number<uint16_t>();
+  for (int a = 0; a < 3; ++a) fields.size[a] = in.number<uint16_t>();
+  return fields;
+}
+
+/// Whether the samples are such as can be felt, and all there.
+Status check_samples(const ImageFields& is, size_t bytes_sent) {
+  if (is.components != 1)
+    return bad(fmt::format("An IMAGE has {} values per sample: only one, a grey value, can be felt",
+                           is.components));
+  const size_t scalar_bytes = bytes_of_scalar(is.scalar_type);
+  if (scalar_bytes == 0)
+    return bad(
+        fmt::format("An IMAGE has the scalar type {}, which does not exist", is.scalar_type));
+  if (is.endian != 1 && is.endian != 2)
+    return bad(fmt::format("An IMAGE has the endianness {}, which does not exist", is.endian));
+  // Old senders leave the byte at 0.
+  if (is.coordinates < 0 || is.coordinates > 2)
+    return bad(
+        fmt::format("An IMAGE has the coordinate system {}, which does not exist", is.coordinates));
+  for (int a = 0; a < 3; ++a) {
+    if (is.whole[a] < 2 || is.whole[a] > kMostSamplesPerAxis)
+      return bad(
+          fmt::format("An IMAGE has {} x {} x {} samples: from 2 to {} along each axis can "
+                      "be felt",
+                      is.whole.x, is.whole.y, is.whole.z, kMostSamplesPerAxis));
+    if (is.size[a] < 1 || is.first[a] + is.size[a] > is.whole[a])
+      return bad("The part of the IMAGE that was sent does not lie within it");
+  }
+  const size_t count = size_t(is.size.x) * size_t(is.size.y) * size_t(is.size.z);
+  if (bytes_sent != count * scalar_bytes)
+    return bad(fmt::format("An IMAGE of {} x {} x {} samples has {} bytes of them instead of {}",
+                           is.size.x, is.size.y, is.size.z, bytes_sent, count * scalar_bytes));
+  return Nothing{};
+}
+
+/// Where the image is: its grid in LPS.
+Status place_grid(ImageFields is, ImageMessage& image) {
+  if (!is_finite(is.columns, is.centre)) return bad("The matrix of an IMAGE is not finite");
+  if (is.coordinates != 2) {
+    is.columns = lps_from_ras(is.columns);
+    is.centre = lps_from_ras(is.centre);
+  }
+  for (int c = 0; c < 3; ++c) {
+    const double length = glm::length(is.columns[c]);
+    if (!(length > 1e-4 && length < 1e3))
+      return bad(fmt::format("An IMAGE has samples {:.3g} mm apart, which can not be", length));
+    image.grid.spacing_mm[c] = length;
+    is.columns[c] /= length;
+  }
+  if (glm::length(is.centre) > kFarthest_mm) return bad("An IMAGE lies farther away than 10 m");
+  const auto axes = squared_up(is.columns);
+  if (!axes) return bad("The axes of an IMAGE are not at right angles");
+  image.grid.direction = *axes;
+  // The wire gives the middle of the image, a Grid begins at its first sample.
+  const glm::dvec3 half = 0.5 * glm::dvec3(is.whole - 1) * image.grid.spacing_mm;
+  if (glm::determinant(*axes) < 0.0) {
+    image.j_reversed = true;
+    image.grid.direction[1] = -image.grid.direction[1];
+    image.grid.j_reversed_in_file = true;
+  }
+  image.grid.origin_mm = is.centre - image.grid.direction * half;
+  return Nothing{};
+}
+
 }  // namespace
 
 uint64_t crc64(std::span<const std::byte> bytes) {
@@ -258,75 +341,17 @@ std::optional<glm::ivec3> flat_size(std::span<const std::byte> content) {
 
 Result<ImageMessage> read_image(std::span<const std::byte> content) {
   if (content.size() < kImageHeaderBytes) return bad("An IMAGE ends before its own header does");
-  Reader in(content);
-  in.number<uint16_t>();  // of the image's format: 1 or 2, of one layout
-  const int components = in.byte(), type = in.byte(), endian = in.byte(), coordinates = in.byte();
-  glm::ivec3 whole, first, size;
-  for (int a = 0; a < 3; ++a) whole[a] = in.number<uint16_t>();
-  glm::dmat3 columns;
-  glm::dvec3 centre;
-  for (int c = 0; c < 3; ++c)
-    for (int r = 0; r < 3; ++r) columns[c][r] = in.real();
-  for (int r = 0; r < 3; ++r) centre[r] = in.real();
-  for (int a = 0; a < 3; ++a) first[a] = in.number<uint16_t>();
-  for (int a = 0; a < 3; ++a) size[a] = in.number<uint16_t>();
-  if (components != 1)
-    return bad(fmt::format("An IMAGE has {} values per sample: only one, a grey value, can be felt",
-                           components));
-  const size_t scalar_bytes = bytes_of_scalar(type);
-  if (scalar_bytes == 0)
-    return bad(fmt::format("An IMAGE has the scalar type {}, which does not exist", type));
-  if (endian != 1 && endian != 2)
-    return bad(fmt::format("An IMAGE has the endianness {}, which does not exist", endian));
-  // Old senders leave the byte at 0.
-  if (coordinates < 0 || coordinates > 2)
-    return bad(
-        fmt::format("An IMAGE has the coordinate system {}, which does not exist", coordinates));
-  for (int a = 0; a < 3; ++a) {
-    if (whole[a] < 2 || whole[a] > kMostSamplesPerAxis)
-      return bad(
-          fmt::format("An IMAGE has {} x {} x {} samples: from 2 to {} along each axis can "
-                      "be felt",
-                      whole.x, whole.y, whole.z, kMostSamplesPerAxis));
-    if (size[a] < 1 || first[a] + size[a] > whole[a])
-      return bad("The part of the IMAGE that was sent does not lie within it");
-  }
-  const size_t count = size_t(size.x) * size_t(size.y) * size_t(size.z);
-  if (content.size() - kImageHeaderBytes != count * scalar_bytes)
-    return bad(fmt::format("An IMAGE of {} x {} x {} samples has {} bytes of them instead of {}",
-                           size.x, size.y, size.z, content.size() - kImageHeaderBytes,
-                           count * scalar_bytes));
-  if (!is_finite(columns, centre)) return bad("The matrix of an IMAGE is not finite");
-  if (coordinates != 2) {
-    columns = lps_from_ras(columns);
-    centre = lps_from_ras(centre);
-  }
+  const ImageFields is = image_fields(content);
+  const auto samples = content.subspan(kImageHeaderBytes);
+  if (const Status good = check_samples(is, samples.size()); !good) return good.error();
   ImageMessage image;
-  image.is_ras_assumed = coordinates == 0;
-  image.grid.size = whole;
-  image.first = first;
-  image.size = size;
-  for (int c = 0; c < 3; ++c) {
-    const double length = glm::length(columns[c]);
-    if (!(length > 1e-4 && length < 1e3))
-      return bad(fmt::format("An IMAGE has samples {:.3g} mm apart, which can not be", length));
-    image.grid.spacing_mm[c] = length;
-    columns[c] /= length;
-  }
-  if (glm::length(centre) > kFarthest_mm) return bad("An IMAGE lies farther away than 10 m");
-  const auto axes = squared_up(columns);
-  if (!axes) return bad("The axes of an IMAGE are not at right angles");
-  image.grid.direction = *axes;
-  // The wire gives the middle of the image, a Grid begins at its first sample.
-  const glm::dvec3 half = 0.5 * glm::dvec3(whole - 1) * image.grid.spacing_mm;
-  if (glm::determinant(*axes) < 0.0) {
-    image.j_reversed = true;
-    image.grid.direction[1] = -image.grid.direction[1];
-    image.grid.j_reversed_in_file = true;
-  }
-  image.grid.origin_mm = centre - image.grid.direction * half;
-  image.values.resize(count);
-  take_values(type, content.subspan(kImageHeaderBytes), endian == 2, image.values);
+  image.is_ras_assumed = is.coordinates == 0;
+  image.grid.size = is.whole;
+  image.first = is.first;
+  image.size = is.size;
+  if (const Status placed = place_grid(is, image); !placed) return placed.error();
+  image.values.resize(size_t(is.size.x) * size_t(is.size.y) * size_t(is.size.z));
+  take_values(is.scalar_type, samples, is.endian == 2, image.values);
   if (!std::all_of(image.values.begin(), image.values.end(),
                    [](float value) { return std::isfinite(value); }))
     return bad("An IMAGE has values that are not finite");

@@ -73,7 +73,7 @@ class FeelCounter {
 };
 
 /// The course of a run for pictures, in memory that does not grow: every tick of the first half
-/// minute; of a longer run evenly spaced groups of ticks, each with its smallest and its largest
+/// minute. Of a longer run evenly spaced groups of ticks, each with its smallest and its largest
 /// force, so that no peak is lost. A tick with a cause counts as larger than any without one. One
 /// thread at a time.
 class TickHistory {

@@ -82,7 +82,7 @@ Result<FeltDevice> real_or_other(const SessionRequest& request, LoadedScene& sce
     FeltDevice felt;
     felt.device = std::move(*device);
     const DeviceInfo info = felt.device->info();
-    felt.why = fmt::format("{}{}{}", info.name, info.place.empty() ? "" : ", " + info.place,
+    felt.why = fmt::format("{}{}{}", info.name, info.address.empty() ? "" : ", " + info.address,
                            request.device == "auto" ? ", which is there." : ", as asked.");
     return felt;
   }
@@ -111,7 +111,7 @@ Result<FeltDevice> open_felt_device(const SessionRequest& request, LoadedScene& 
       return mouse("mouse, as asked; it gives no force.");
     }
     if (request.device == "page" && others.page) return page();
-    if (openigtlink::is_place(request.device)) return tool();
+    if (openigtlink::is_address(request.device)) return tool();
     if (request.device == "controller") {
       if (!others.headset)
         return Error{ErrorKind::kBadInput,

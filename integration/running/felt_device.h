@@ -36,11 +36,11 @@ struct FeltDevice {
 };
 
 /// Opens the device that the request names: "auto" (the first kind that answers within a second;
-/// else what `others` have), "mouse", "controller", "page",
-/// "simulated", "none" (viewing only), igtl://HOST:PORT (a tracked tool, which another thread
-/// moves), or a kind of devices::force_device_kinds(), with '@' and a place. fit: first the scene
-/// is scaled to the device's reach, see fit_to_reach(). Errors: kBadInput, kNoDevice, in one
-/// sentence. Any thread.
+/// else what `others` have), "mouse", "controller", "page", "simulated", "none" (viewing only), a
+/// tracked tool's igtl://HOST:PORT (another thread moves it), or a kind of
+/// devices::force_device_kinds(). After a kind may stand '@' and the device's own address. fit:
+/// first the scene is scaled to the device's reach, see fit_to_reach(). Errors: kBadInput,
+/// kNoDevice, in one sentence. Any thread.
 Result<FeltDevice> open_felt_device(const SessionRequest& request, LoadedScene& scene, bool fit,
                                     const OtherHands& others);
 

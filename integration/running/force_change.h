@@ -6,10 +6,10 @@
 
 namespace palpate::running {
 
-/// How fast a force changes, from the ticks of a loop that is not even: a tick that comes late is
+/// How fast a force changes, from the ticks of a loop that is not even. A tick that comes late is
 /// followed by some that come at once, and a change over the time between two ticks would be
 /// divided by nearly nothing. So a change is measured over a window of a millisecond that ends at a
-/// tick, with the force between two ticks on a straight line; after a late tick, and at the
+/// tick, with the force between two ticks on a straight line. After a late tick, and at the
 /// beginning, over what there is of the window, as if it had been whole. Late ticks are counted
 /// apart. Its memory does not grow. One thread at a time.
 class ForceChange {

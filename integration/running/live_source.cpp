@@ -54,12 +54,12 @@ Result<LoadedScene> live_scene(const std::string& name, const Volume& first,
   return scene;
 }
 
-Result<std::unique_ptr<LiveSource>> LiveSource::open(const std::string& place,
+Result<std::unique_ptr<LiveSource>> LiveSource::open(const std::string& address,
                                                      LiveSourceOptions options) {
-  const auto at = openigtlink::read_place(place);
+  const auto at = openigtlink::read_address(address);
   if (!at) return at.error();
   auto source = std::unique_ptr<LiveSource>(new LiveSource(std::move(options)));
-  source->place_ = fmt::format("{}:{}", at->host, at->port);
+  source->address_ = fmt::format("{}:{}", at->host, at->port);
   openigtlink::ClientOptions client;
   client.image = source->options_.image;
   client.transform = source->options_.transform;
@@ -133,13 +133,14 @@ Result<LoadedScene> LiveSource::load(const loading::SequenceChoices& choices, bo
     while (!newest_) {
       const bool connected = client_->is_connected();
       if (doing)
-        doing(connected ? "waiting for the first image from " + place_ : "waiting for " + place_);
+        doing(connected ? "waiting for the first image from " + address_
+                        : "waiting for " + address_);
       if (most_s > 0.0 && std::chrono::duration<double>(Clock::now() - begun).count() > most_s)
         return Error{
             ErrorKind::kNoDevice,
             fmt::format("{} {} within {:.3g} s: start the OpenIGTLink server that sends "
                         "the images, or wait longer",
-                        place_, connected ? "has sent no image" : "does not answer", most_s)};
+                        address_, connected ? "has sent no image" : "does not answer", most_s)};
       changed_.wait_for(lock, std::chrono::milliseconds(200),
                         [this] { return newest_.has_value(); });
     }

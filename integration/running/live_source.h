@@ -34,7 +34,7 @@ struct LiveSourceOptions {
 class LiveSource {
  public:
   /// Errors: kBadInput: no valid address, or no such host.
-  static Result<std::unique_ptr<LiveSource>> open(const std::string& place,
+  static Result<std::unique_ptr<LiveSource>> open(const std::string& address,
                                                   LiveSourceOptions options);
   /// Ends the client, then the LiveSequence.
   ~LiveSource();
@@ -68,7 +68,7 @@ class LiveSource {
   void say(const std::string& sentence);
 
   LiveSourceOptions options_;
-  std::string place_;
+  std::string address_;
   Volume first_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;

@@ -16,7 +16,7 @@ Error refused(const char* sentence) {
 }
 
 bool is_live(const SessionRequest& request) {
-  return !request.inputs.empty() && openigtlink::is_place(request.inputs.front().string());
+  return !request.inputs.empty() && openigtlink::is_address(request.inputs.front().string());
 }
 
 LiveSourceOptions live_options(const SessionRequest& request, const SessionCallbacks& callbacks) {
@@ -44,7 +44,7 @@ Result<std::unique_ptr<LiveSource>> open_live(const SessionRequest& request,
 /// Connects to the tracker of the hand.
 Status open_tool(const SessionRequest& request, const SessionCallbacks& callbacks,
                  ConnectedSession& connected) {
-  if (connected.tool || !openigtlink::is_place(request.device)) return Nothing{};
+  if (connected.tool || !openigtlink::is_address(request.device)) return Nothing{};
   auto tool = ToolSource::open(server_address(request, request.device), request.tool,
                                [on_note = callbacks.on_note](const std::string& note) {
                                  if (on_note) on_note(NoteSource::kTool, note);
@@ -88,13 +88,15 @@ Status open_second(PreparedSession& prepared, const OtherHands& others,
   request.device = std::exchange(request.second_device, {});
   const bool is_other = request.device == "auto" || request.device == "none" ||
                         request.device == "mouse" || request.device == "controller" ||
-                        openigtlink::is_place(request.device);
+                        openigtlink::is_address(request.device);
   if (is_other)
-    return Error{ErrorKind::kBadInput, "`second_device` is " + request.device +
-                                           ": name a force device, KIND@PLACE as 'palpate devices' "
-                                           "shows it, or simulated"};
+    return Error{ErrorKind::kBadInput,
+                 "`second_device` is " + request.device +
+                     ": name a force device, KIND@ADDRESS as 'palpate devices' "
+                     "shows it, or simulated"};
   if (request.device == prepared.request.device && request.device != "simulated")
-    return refused("`device` and `second_device` are the same: give each its place, KIND@PLACE");
+    return refused(
+        "`device` and `second_device` are the same: give each its address, KIND@ADDRESS");
   if (connected.live)
     return refused("A live source is felt with one hand: leave `second_device` out");
   OtherHands alone;

@@ -213,14 +213,14 @@ std::vector<SessionOption> table() {
        .stage = kSession,
        .member = of_request<&SessionRequest::device>,
        .fallback = "auto",
-       .help = "Force device; KIND@PLACE is the one that 'palpate devices' shows there; "
+       .help = "Force device; KIND@ADDRESS is the one that 'palpate devices' shows there; "
                "igtl://HOST:PORT is a tracked tool",
        .c_field = "PalSessionInfo.device_name",
        .doors = kSafeDoors},
       {.key = "second_device",
        .stage = kSession,
        .member = of_request<&SessionRequest::second_device>,
-       .help = "Force device of a second hand in the same scene, as `device`: KIND@PLACE, or "
+       .help = "Force device of a second hand in the same scene, as `device`: KIND@ADDRESS, or "
                "simulated",
        .doors = kProgramDoor},
       {.key = "falcon_firmware",

@@ -39,9 +39,9 @@ void stand_in_true_size(LoadedScene& scene) {
 }
 
 Result<std::unique_ptr<ToolSource>> ToolSource::open(
-    const std::string& place, const std::string& tool,
+    const std::string& address, const std::string& tool,
     std::function<void(const std::string&)> on_note) {
-  const auto at = openigtlink::read_place(place);
+  const auto at = openigtlink::read_address(address);
   if (!at) return at.error();
   auto source = std::unique_ptr<ToolSource>(new ToolSource);
   openigtlink::ClientOptions client;

@@ -26,7 +26,8 @@ class ToolSource {
  public:
   /// tool: device name of its transforms; empty: that of the first ones received. on_note: called
   /// with a sentence, on any thread. Errors: kBadInput: no valid address, or no such host.
-  static Result<std::unique_ptr<ToolSource>> open(const std::string& place, const std::string& tool,
+  static Result<std::unique_ptr<ToolSource>> open(const std::string& address,
+                                                  const std::string& tool,
                                                   std::function<void(const std::string&)> on_note);
   ~ToolSource();
   ToolSource(const ToolSource&) = delete;

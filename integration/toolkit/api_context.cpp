@@ -82,7 +82,7 @@ Result<Grid> grid_of(const PalGrid& grid) {
                                "directions have length 1: put the spacing into spacing_mm",
                                length, a)};
   }
-  if (const auto sound = files::make_grid("PalGrid", placement)) return sound;
+  if (const auto good = files::make_grid("PalGrid", placement)) return good;
   return Error{ErrorKind::kBadInput,
                fmt::format("A grid of {} x {} x {} samples, {:.4g} x {:.4g} x {:.4g} mm apart, can "
                            "not be: it needs samples, positive spacings, and perpendicular axes, "

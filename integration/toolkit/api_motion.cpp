@@ -171,6 +171,11 @@ class EstimatorContent {
     }
     if (const Status done = pairwise_->finish(); !done) return done;
     motion.seconds = std::chrono::duration<double>(Clock::now() - first_).count();
+    return judge_pairs(motion);
+  }
+
+  /// Moves the pairs into the motion, with their verdict where one is asked for.
+  Status judge_pairs(MotionContent& motion) {
     Verdict whole;
     const Mask* const mask = options_.mask ? &*options_.mask : nullptr;
     std::optional<CyclePoints> everywhere, where_structure;

@@ -26,7 +26,7 @@ Result<std::shared_ptr<const loading::GivenVolume>> given_of(const PalFrames& fr
   if (!frames.name || !*frames.name) return refused("need a name");
   if (frames.frame_count == 0 || !frames.frames) return refused("are none");
   const auto grid = grid_of(frames.grid);
-  if (!grid) return refused("have no sound grid: " + grid.error().message);
+  if (!grid) return refused("have no valid grid: " + grid.error().message);
   auto given = std::make_shared<loading::GivenVolume>();
   Sequence& sequence = given->frames;
   sequence.name = frames.name;
@@ -146,7 +146,7 @@ Result<running::SessionRequest> request_of(const PalSceneInfo& info,
 
 bool has_place(const PalSceneInfo& info) {
   return std::any_of(info.paths, info.paths + info.path_count,
-                     [](const char* path) { return openigtlink::is_place(path); });
+                     [](const char* path) { return openigtlink::is_address(path); });
 }
 
 /// Loads the live scene, with the source of its frames.
@@ -154,7 +154,7 @@ Result<LoadedScene> load_live(const running::SessionRequest& request, LiveOrigin
   const auto refused = [](const char* sentence) { return Error{ErrorKind::kBadInput, sentence}; };
   if (request.inputs.size() != 1) return refused("A live source is felt alone: give no other path");
   const std::string path = request.inputs.front().string();
-  if (openigtlink::is_place(path)) {
+  if (openigtlink::is_address(path)) {
     if (!request.transform.empty() && request.movable)
       return refused("Either transforms of the server move the volume, or the host does");
     auto read = running::load_request(request, {});

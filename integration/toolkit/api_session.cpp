@@ -124,11 +124,11 @@ PalResult take_info(const PalDeviceInfo* given, DeviceInfo& info) {
   info.delay_s = host.delay_s;
   info.buttons = 32;
   for (int a = 0; a < 3; ++a) info.workspace_centre_m[a] = host.workspace_centre_m[a];
-  const auto sound = [](double number) { return std::isfinite(number) && number >= 0.0; };
+  const auto usable = [](double number) { return std::isfinite(number) && number >= 0.0; };
   const glm::dvec3 centre = info.workspace_centre_m;
-  if (!(info.max_force_n > 0.0) || !(info.workspace_radius_m > 0.0) || !sound(info.max_force_n) ||
-      !sound(info.continuous_force_n) || !sound(info.workspace_radius_m) ||
-      !sound(info.max_stiffness_n_per_m) || !sound(info.resolution_m) || !sound(info.delay_s) ||
+  if (!(info.max_force_n > 0.0) || !(info.workspace_radius_m > 0.0) || !usable(info.max_force_n) ||
+      !usable(info.continuous_force_n) || !usable(info.workspace_radius_m) ||
+      !usable(info.max_stiffness_n_per_m) || !usable(info.resolution_m) || !usable(info.delay_s) ||
       !std::isfinite(centre.x + centre.y + centre.z))
     return failed(PAL_BAD_INPUT,
                   {"PalDeviceInfo: max_force_n and workspace_radius_m must be above 0, the other "

@@ -22,9 +22,9 @@ struct X3dScene {
 /// Reads the scene of an X3D file in XML encoding, plain or packed by gzip (docs/x3d.md lists every
 /// node and field). Its paths are relative to `folder`, or to the file's own folder if that is
 /// empty. Errors: kBadInput, with one sentence that names the file and the line: not XML (also
-/// where it is X3D in another encoding) or beyond the limits of parse_xml(), fields with wrong
-/// values, undefined names, circular nodes or ROUTEs, transforms that shear or mirror, missing
-/// files, and a scene without a volume. Any thread.
+/// where it is X3D in another encoding) or beyond the limits of parse_xml(). Likewise fields with
+/// wrong values, undefined names, circular nodes or ROUTEs, transforms that shear or mirror,
+/// missing files, and a scene without a volume. Any thread.
 Result<X3dScene> read_x3d(const std::filesystem::path& file,
                           const std::filesystem::path& folder = {});
 

@@ -199,6 +199,8 @@ class X3dSceneReader {
           ++nodes_left_out_[name];
         }
       }
+
+    // ROUTEs without effect.
     std::set<std::string> routes;
     for (const Document& document : documents_)
       for (const Route& r : document.routes)
@@ -209,6 +211,8 @@ class X3dSceneReader {
         scene_.notes.push_back(
             fmt::format("{} without effect here: {}.", what, fmt::join(names, ", ")));
     };
+
+    // One note for each kind of thing that was left out.
     const std::set<std::string> errors = typing_errors();
     if (!errors.empty())
       scene_.notes.push_back(
@@ -643,12 +647,16 @@ class X3dSceneReader {
     rotation(node, "rotation", t.rotation);
     rotation(node, "scaleOrientation", orientation);
     if (!good()) return place;
+
+    // Where ROUTEs move it, in time.
     KeyedPose keyed{t, {}, {}, {}};
     animate(node, keyed);
     const bool scales = !keyed.scale.keys.empty();
     const bool moves = scales || !keyed.translation_m.keys.empty() || !keyed.rotation.keys.empty();
     const glm::dmat4 turned = glm::mat4_cast(orientation);
     const glm::dmat4 back = glm::translate(glm::dmat4(1.0), -centre);
+
+    // A transform at rest joins those around it.
     if (!moves) {
       if (t == Transform{} && centre == glm::dvec3(0.0)) return place;
       place.still *= glm::translate(glm::dmat4(1.0), t.translation_m + centre) *
@@ -656,6 +664,8 @@ class X3dSceneReader {
                      back;
       return place;
     }
+
+    // One that moves becomes a pose with keys, between what is around it and what is in it.
     if (scales && orientation != glm::dquat(1.0, 0.0, 0.0, 0.0))
       refuse(node, "scaleOrientation",
              "a scale that a ROUTE changes can not be turned: leave it out");
@@ -735,6 +745,8 @@ class X3dSceneReader {
                           ? fraction_route(document, route.from, sensor)
                           : nullptr;
     if (!fraction || !track.keys.empty()) return;  // the ROUTE is noted as unused at the end
+
+    // The sensor that drives it, and its keys and values.
     KeyTrack<T> read;
     if (!sense(sensor, read.cycle_s, read.loop)) return;
     const std::string* keys = field(interpolator, "key");
@@ -764,9 +776,34 @@ class X3dSceneReader {
       if (interpolator.name() == "SplinePositionInterpolator" && !bend(interpolator, range, read))
         return;
     finish(interpolator);
+    // All is right: the ROUTE has its effect.
     track = std::move(read);
     route.followed = fraction->followed = true;
     document.driving.insert(interpolator.index);
+  }
+
+  /// The tangent of a spline at each value: what was given (three numbers each), else half the way
+  /// between its neighbours. even_speed: tangents of the whole curve's length.
+  static std::vector<glm::dvec3> tangents_of(const std::vector<glm::dvec3>& value,
+                                             const std::vector<double>& given, bool closed,
+                                             bool even_speed) {
+    const size_t n = value.size();
+    std::vector<glm::dvec3> tangent(n, glm::dvec3(0.0));
+    double length = 0.0;
+    for (size_t k = 0; k + 1 < n; ++k) length += glm::distance(value[k], value[k + 1]);
+    for (size_t k = 0; k < n; ++k) {
+      if (!given.empty()) {
+        const double* v = given.data() + 3 * k;
+        tangent[k] = {v[0], v[1], v[2]};
+        const double speed = glm::length(tangent[k]);
+        if (even_speed && speed > 0.0) tangent[k] *= length / speed;
+      } else if (k > 0 && k + 1 < n) {
+        tangent[k] = 0.5 * (value[k + 1] - value[k - 1]);
+      } else if (closed) {
+        tangent[k] = 0.5 * (value[1] - value[n - 2]);
+      }
+    }
+    return tangent;
   }
 
   /// Replaces the values by a spline through them, in straight segments: X3D's cubic Hermite curve,
@@ -791,21 +828,7 @@ class X3dSceneReader {
     const std::vector<double>& key = track.keys;
     const std::vector<glm::dvec3>& value = track.values;
     closed = closed && value.front() == value.back();
-    std::vector<glm::dvec3> tangent(n, glm::dvec3(0.0));
-    double length = 0.0;
-    for (size_t k = 0; k + 1 < n; ++k) length += glm::distance(value[k], value[k + 1]);
-    for (size_t k = 0; k < n; ++k) {
-      if (!given->empty()) {
-        const double* v = given->data() + 3 * k;
-        tangent[k] = {v[0], v[1], v[2]};
-        const double speed = glm::length(tangent[k]);
-        if (even_speed && speed > 0.0) tangent[k] *= length / speed;
-      } else if (k > 0 && k + 1 < n) {
-        tangent[k] = 0.5 * (value[k + 1] - value[k - 1]);
-      } else if (closed) {
-        tangent[k] = 0.5 * (value[1] - value[n - 2]);
-      }
-    }
+    const std::vector<glm::dvec3> tangent = tangents_of(value, *given, closed, even_speed);
     // Keys at uneven distances: the share of the interval before a key applies to the tangent at
     // which the key is left, the share after it to the tangent at which it is reached.
     const auto share = [&](size_t k, bool before) {
@@ -869,6 +892,8 @@ class X3dSceneReader {
       if (!pose.translation_m.keys.empty() || !pose.scale.keys.empty()) return false;
       if (!pose.rotation.keys.empty()) ++moving, which = k;
     }
+
+    // Only one rotation moves, repeatedly and over the whole cycle.
     if (moving != 1) return false;
     const KeyedPose& turning = place.poses[which];
     const KeyTrack<glm::dquat>& track = turning.rotation;
@@ -876,6 +901,8 @@ class X3dSceneReader {
         track.keys.back() != 1.0)
       return false;
     const glm::dquat first = track.values.front();
+
+    // All its keys lie on one turn at constant speed.
     glm::dquat step = track.values[1] * glm::conjugate(first);
     if (step.w < 0.0) step = -step;
     glm::dvec3 axis(step.x, step.y, step.z);
@@ -889,6 +916,8 @@ class X3dSceneReader {
       if (1.0 - std::abs(glm::dot(at, track.values[k])) > kSameRotation * kSameRotation)
         return false;
     }
+
+    // What is around and within it at the start; a rotation needs the same scale on all axes.
     glm::dmat4 outer(1.0), within(1.0);
     for (size_t k = 0; k < place.poses.size(); ++k)
       (k < which ? outer : within) *=
@@ -900,6 +929,8 @@ class X3dSceneReader {
     const glm::dvec3 s = before->scale;
     if (std::abs(s.x - s.y) + std::abs(s.x - s.z) > 1e-9 * s.x) return false;
     volume.transform = *start;
+
+    // The drive in the coordinates of the scene.
     DriveSpec& drive = volume.drive;
     drive.kind = DriveSpec::Kind::kTurn;
     drive.axis = before->rotation * axis;
@@ -951,6 +982,8 @@ class X3dSceneReader {
     if (!good()) return -1;
     if (node.name() == "SampledScalarVolume") return sampled(node, place);
     VolumeSpec volume;
+
+    // The same data at the same place are one volume.
     if (!put(node, place, volume)) return -1;
     for (size_t v = 0; v < scene_.spec.volumes.size(); ++v) {
       const VolumeSpec& other = scene_.spec.volumes[v];
@@ -964,6 +997,8 @@ class X3dSceneReader {
       return refuse(node, fmt::format("the scene has more than {} volumes: leave some out",
                                       kMostVolumes)),
              -1;
+
+    // Its data, by the kind of node.
     if (node.name().ends_with("ElectroPotential"))
       charges(node, volume);
     else if (node.name().ends_with("VolumeData"))
@@ -972,6 +1007,8 @@ class X3dSceneReader {
       vectors(node, volume);
     finish(node);
     if (!good()) return -1;
+
+    // Its name.
     std::string usual = volume.files.empty() ? "charges" : volume.files.front().stem().string();
     volume.name = name_of(node, std::move(usual), scene_.spec.volumes);
     scene_.spec.volumes.push_back(std::move(volume));
@@ -997,6 +1034,8 @@ class X3dSceneReader {
 
   void charges(const Node& node, VolumeSpec& volume) {
     volume.source = "charges";
+
+    // Three lists of numbers that have to fit together.
     const std::string* points = field(node, "point");
     const std::string* potentials = field(node, "potential");
     const std::string* soft = field(node, "palpateSoftness");
@@ -1108,6 +1147,8 @@ class X3dSceneReader {
   /// Reads the description of a file without a header from H3D's loader. Empty after an error.
   std::optional<RawSamples> raw_samples(const Node& node, bool needs_spacing) {
     RawSamples raw;
+
+    // Size.
     const char* const edges[] = {"width", "height", "depth"};
     for (int k = 0; k < 3; ++k) {
       double samples = 1.0;
@@ -1129,6 +1170,8 @@ class X3dSceneReader {
              fmt::format("a number of such a pixel has 8, 16, 32 or 64 bits, a RATIONAL one 32 or "
                          "64, and a pixel {} of them",
                          raw.components));
+
+    // Spacing.
     glm::dvec3 spacing_m(0.0);
     vector(node, "pixelSize", spacing_m, files::kNotNegative);
     finish(node);
@@ -1280,6 +1323,8 @@ class X3dSceneReader {
                     fmt::format("the scene has more than {} modes: leave some out", kMostModes));
     ModeSpec m;
     m.kind = kind.kind;
+
+    // Its children: transfer functions, and the volume that it reads.
     bool has_strength = false;
     for (const Node& child : children(node)) {
       if (!good()) return;
@@ -1309,6 +1354,8 @@ class X3dSceneReader {
     if (!good()) return;
     if (m.volume.empty())
       return refuse(node, "it has no data: put a volume into it, or USE one that stands before it");
+
+    // Its fields; those of X3D that this kind has.
     boolean(node, "active", m.on);
     word(node, "palpateScalar", m.scalar, files::SceneWords::kScalars);
     word(node, "palpateVector", m.vector, files::SceneWords::kVectors);
@@ -1320,6 +1367,8 @@ class X3dSceneReader {
     if (applies("point_m")) vector(node, "point", m.point_m);
     if (applies("range_m")) number(node, "range", m.range_m, files::kRanges_m);
     finish(node);
+
+    // A mode that nobody would feel is an error of the scene.
     const bool force = m.kind == "gradient-force" || m.kind == "vector-force";
     if (good() && !force && !(m.strength.highest() > 0.0))
       return refuse(node, has_strength

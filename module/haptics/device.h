@@ -12,7 +12,7 @@ namespace palpate {
 struct DeviceInfo {
   std::string kind;          ///< "falcon", "simulated"
   std::string name;          ///< for people
-  std::string place;         ///< where it is plugged in: "usb 1-2", or empty
+  std::string address;       ///< where it is plugged in: "usb 1-2", or empty
   double max_force_n = 0.0;  ///< the largest that it can give for a short time in every direction
   /// what its motors hold for ever; 0: not stated, and their heat is not modelled
   double continuous_force_n = 0.0;
@@ -73,7 +73,7 @@ struct DeviceReading {
 class ForceDevice {
  public:
   virtual ~ForceDevice() = default;
-  /// Does not change while the object lives, except name and place on a re-plug. Not real-time
+  /// Does not change while the object lives, except name and address on a re-plug. Not real-time
   /// safe.
   virtual DeviceInfo info() const = 0;
   /// Sends a force, returns the newest position. Never blocks longer than about a millisecond;

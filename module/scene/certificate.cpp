@@ -68,7 +68,7 @@ Float4 squared_contraction(const Edges& edges) {
 
 /// Smallest Bernstein coefficient of det(I + g D(x, y, z)) over the unit cell and g in [0, 1]; the
 /// polynomial lies above it. Column a of D is bilinear in the two other coordinates, so the
-/// determinant has degree 2 in each, and its 27 coefficients are means of the determinants of all
+/// determinant has degree 2 in each. Its 27 coefficients are means of the determinants of all
 /// 64 choices of one edge per axis: those in which the same number of chosen edges lies on the
 /// upper side of x, of y and of z. In g it is 1 + t g + m g^2 + d g^3, with four coefficients.
 struct Least {

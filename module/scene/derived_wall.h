@@ -24,15 +24,15 @@ struct DerivedWall {
 /// (half_thickness_mm()). The other lengths are times wall_scale() of the frame.
 
 /// The border of what is brighter than the iso-value (none: wall_of()'s there) in the frame
-/// smoothed by a Gaussian (none: the weakest of 1, 2, 3 and 4 mm with which a stroking hand meets
-/// an end of the wall at no more than a tenth of the places, else the one with the fewest ends),
-/// without its pieces and holes of less than (10 mm)^3. A hand falls through a wall where a notch
-/// or a gap is beside it, and where it is thinner than its spring is long: so the region is closed
-/// by a ball of 1.5 half_mm (it grows by this and shrinks again) and then opened by one of half_mm
-/// (the other way round), which leaves a body around which a ball of half_mm can be moved
-/// everywhere. Where less than half of it would be left, both balls are smaller. At the ends of the
-/// data there is no wall. Empty where nothing is brighter, or all. Uses all cores; about a second
-/// for 2 million voxels and each Gaussian.
+/// smoothed by a Gaussian, without its pieces and holes of less than (10 mm)^3. The Gaussian (none
+/// given): the weakest of 1, 2, 3 and 4 mm with which a stroking hand meets an end of the wall at
+/// no more than a tenth of the places, else the one with the fewest ends. A hand falls through a
+/// wall where a notch or a gap is beside it, and where it is thinner than its spring is long. So
+/// the region is closed by a ball of 1.5 half_mm (it grows by this and shrinks again). Then it is
+/// opened by one of half_mm (the other way round), which leaves a body around which a ball of
+/// half_mm can be moved everywhere. Where less than half of it would be left, both balls are
+/// smaller. At the ends of the data there is no wall. Empty where nothing is brighter, or all. Uses
+/// all cores; about a second for 2 million voxels and each Gaussian.
 std::optional<DerivedWall> region_wall(const Volume& frame, double half_mm,
                                        std::optional<double> iso_value = {},
                                        std::optional<double> smooth_mm = {});

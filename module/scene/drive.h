@@ -11,7 +11,7 @@ Transform driven(const DriveSpec& drive, const Transform& start, double time_s) 
 
 /// kBadInput, in one sentence, for a drive that can not be followed: numbers that are not finite,
 /// and of keys those that do not rise within 0 to 1, values that are missing or no transforms, a
-/// cycle that is not above 0, and transforms that would shear what is within them (a scale that
+/// cycle that is not above 0. Also transforms that would shear what is within them (a scale that
 /// differs between axes with a rotation further inside). Any thread.
 Status check(const DriveSpec& drive, const Transform& start);
 

@@ -93,7 +93,7 @@ struct ValueSummary {
 ValueSummary summary_of(const FrameData& frame, const Mask* no_data = nullptr);
 
 /// The look that suits such data: CT in HU reaches below -300 ("CT bone", or "CT lung" where there
-/// is no bone); of all else, whatever its unit is, borders are seen more than what is between
+/// is no bone). Of all else, whatever its unit is, borders are seen more than what is between
 /// them, from the background up to what is bright.
 Look fitting_look(const ValueSummary& values);
 

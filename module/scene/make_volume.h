@@ -47,18 +47,18 @@ struct VolumeData {
 Result<MovingVolume> build(const VolumeSpec& spec, VolumeData data);
 
 /// The volume of spec.source: "heart", the beating heart sampled at 1 mm without noise, eight
-/// frames in one second, with its true motion; "shell", the beating shell likewise in four frames;
+/// frames in one second, with its true motion. "shell", the beating shell likewise in four frames;
 /// "heart-exact" and "shell-exact", the same with frames as formulas; "molecule", dichloroethane,
 /// which does not move; "charges", those of the spec. kBadInput for another name, and for charges
 /// without a place, a strength or a softness.
 Result<MovingVolume> build(const VolumeSpec& spec);
 
 /// The same volume with one motion for all its times, felt and seen as its reference frame's
-/// values carried by it, or as the mean of all frames' (kMean: at X the interquartile mean over k
-/// of frame k at X + u(X, t_k), so that a frame counts little where its motion is wrong; scalars
-/// only). Its segments are carried likewise: those of another frame f have at X the distance that f
-/// has at X + u(X, t_f). At the motion's times. kBadInput if the motion is not that of the volume's
-/// frames. Uses all cores.
+/// values carried by it, or as the mean of all frames' (kMean, scalars only). That is at X the
+/// interquartile mean over k of frame k at X + u(X, t_k). So a frame counts little where its motion
+/// is wrong. Its segments are carried likewise: those of another frame f have at X the distance
+/// that f has at X + u(X, t_f). At the motion's times. kBadInput if the motion is not that of the
+/// volume's frames. Uses all cores.
 Result<MovingVolume> carried(const MovingVolume& own, const SequenceMotion& motion,
                              CarriedValues values = CarriedValues::kReference);
 

@@ -12,7 +12,7 @@
 /// coefficients: twice continuously differentiable, and gradients that are exactly those of the
 /// values. A hand needs both. Trilinear values with blended central differences are not consistent:
 /// on a sharp edge (1.5 voxels) around a ball of 25 voxels its normals are 0.10 rad (RMS) off the
-/// ball's and cross the iso-surface, so that a sliding proxy digs in; the spline's, with the
+/// ball's and cross the iso-surface, so that a sliding proxy digs in. The spline's, with the
 /// samples as coefficients, are 0.03 off, and normal to what is felt. Samples as coefficients are
 /// blurred by 0.58 voxels (the standard deviation of the spline): a surface of radius R lies h^2 /
 /// (3 R) further in, and the value in a wall one voxel thick falls to two thirds;

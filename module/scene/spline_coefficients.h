@@ -16,9 +16,9 @@ namespace palpate {
 /// samples as coefficients to 0.67.
 ///
 /// Measured on a beating ball of R = 25 to 35 voxels with an edge of 1.5 voxels, stroked with up to
-/// 7 N: the force is off by 0.0073 N RMS and 0.044 N at most; with the samples as coefficients
-/// 0.0125 and 0.094 (0.0078 of it along the radius, as the blur puts the surface further in); with
-/// a filter whose zero is at 0.5 waves a sample, (-5, 12, 34, 12, -5) / 48, 0.0082 and 0.059; with
+/// 7 N: the force is off by 0.0073 N RMS and 0.044 N at most. With the samples as coefficients
+/// 0.0125 and 0.094 (0.0078 of it along the radius, as the blur puts the surface further in). With
+/// a filter whose zero is at 0.5 waves a sample, (-5, 12, 34, 12, -5) / 48, 0.0082 and 0.059. With
 /// (-1, 8, -1) / 6, which only takes back the blur, more than with none (0.016 and 0.086 against
 /// 0.012 and 0.056 on some of the strokes). The two samples beside each end of an axis, and samples
 /// whose neighbours are not finite, stay as they are, as does all along an axis of fewer than five.

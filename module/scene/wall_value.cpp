@@ -41,6 +41,40 @@ bool rises(const Volume& frame, double iso_value, double deep, glm::dvec3 from, 
   return false;
 }
 
+/// Places on an iso-surface, in samples: where neighbours along an axis lie on either side of the
+/// iso-value, evenly thinned out.
+std::vector<glm::dvec3> places_at(const Volume& frame, double iso_value) {
+  struct Crossing {
+    size_t from;
+    int axis;
+  };
+  std::vector<Crossing> crossings;
+  const glm::ivec3 n = frame.grid.size;
+  const std::array<size_t, 3> stride{1, size_t(n.x), size_t(n.x) * size_t(n.y)};
+  size_t v = 0;
+  for (int k = 0; k < n.z; ++k)
+    for (int j = 0; j < n.y; ++j)
+      for (int i = 0; i < n.x; ++i, ++v) {
+        const bool is_high = frame.values[v] > iso_value;
+        const auto look = [&](bool is_there, int axis) {
+          if (is_there && (frame.values[v + stride[size_t(axis)]] > iso_value) != is_high)
+            crossings.push_back({v, axis});
+        };
+        look(i + 1 < n.x, 0), look(j + 1 < n.y, 1), look(k + 1 < n.z, 2);
+      }
+  std::vector<glm::dvec3> places;
+  const size_t every = 1 + crossings.size() / kPlaces;
+  for (size_t c = 0; c < crossings.size(); c += every) {
+    const auto [from, axis] = crossings[c];
+    const double a = frame.values[from], b = frame.values[from + stride[size_t(axis)]];
+    glm::dvec3 place(double(from % stride[1]), double(from / stride[1] % size_t(n.y)),
+                     double(from / stride[2]));
+    place[axis] += (iso_value - a) / (b - a);
+    places.push_back(place);
+  }
+  return places;
+}
+
 }  // namespace
 
 WallValue value_between_groups(const Volume& frame, double below) {
@@ -62,41 +96,13 @@ WallValue value_between_groups(const Volume& frame) {
 
 WallQuality wall_quality(const Volume& frame, WallValue at, double deeper) {
   const Grid& grid = frame.grid;
-  // Places: where neighbours along an axis lie on either side of the iso-value, evenly thinned out.
-  struct Crossing {
-    size_t from;
-    int axis;
-  };
-  std::vector<Crossing> crossings;
-  const glm::ivec3 n = grid.size;
-  const std::array<size_t, 3> stride{1, size_t(n.x), size_t(n.x) * size_t(n.y)};
-  size_t v = 0;
-  for (int k = 0; k < n.z; ++k)
-    for (int j = 0; j < n.y; ++j)
-      for (int i = 0; i < n.x; ++i, ++v) {
-        const bool is_high = frame.values[v] > at.iso_value;
-        const auto look = [&](bool is_there, int axis) {
-          if (is_there && (frame.values[v + stride[size_t(axis)]] > at.iso_value) != is_high)
-            crossings.push_back({v, axis});
-        };
-        look(i + 1 < n.x, 0), look(j + 1 < n.y, 1), look(k + 1 < n.z, 2);
-      }
-  std::vector<glm::dvec3> places;
-  const size_t every = 1 + crossings.size() / kPlaces;
-  for (size_t c = 0; c < crossings.size(); c += every) {
-    const auto [from, axis] = crossings[c];
-    const double a = frame.values[from], b = frame.values[from + stride[size_t(axis)]];
-    glm::dvec3 place(double(from % stride[1]), double(from / stride[1] % size_t(n.y)),
-                     double(from / stride[2]));
-    place[axis] += (at.iso_value - a) / (b - a);
-    places.push_back(place);
-  }
+  const std::vector<glm::dvec3> places = places_at(frame, at.iso_value);
   const double scale = wall_scale(grid);
   WallQuality quality{at, 0.0, 1.0, kAside_mm * scale};
   if (places.empty()) return quality;
   const double h_mm = grid.finest_mm();
   int looked = 0, lost = 0;
-  for (const glm::dvec3 index : places) {
+  for (const glm::dvec3& index : places) {
     const glm::dvec3 place = grid.lps_from_index(index);
     glm::dvec3 slope(0.0);
     for (int axis = 0; axis < 3; ++axis) {

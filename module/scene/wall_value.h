@@ -29,7 +29,7 @@ struct WallQuality {
 };
 
 /// The lengths that make a wall for a hand (how far it strokes, what it does not care for) are
-/// meant for data of 100 mm and more; of smaller ones, which are shown larger, they are this share,
+/// meant for data of 100 mm and more. Of smaller ones, which are shown larger, they are this share,
 /// longest edge / 100 mm. At most 1.
 double wall_scale(const Grid& grid);
 

@@ -44,7 +44,7 @@ class LiveMotion {
  public:
   /// Starts at once if any motion is missing. Unless the frames' own values are wanted, hands over
   /// a coarse motion and then one motion for the whole sequence, both described from the frame that
-  /// is felt until then; without a coarse one (frames too small, or it folds) single steps as pairs
+  /// is felt until then. Without a coarse one (frames too small, or it folds) single steps as pairs
   /// of frames are done. All results come from a thread of this object.
   LiveMotion(const LoadedScene& scene, const LiveMotionOptions& options,
              LiveMotionListener listener);

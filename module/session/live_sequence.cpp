@@ -148,6 +148,7 @@ void LiveSequence::look_for_cycle(const Volume& frame, int64_t arrived_ns) {
 Result<LiveSequence::Cycle> LiveSequence::find_cycle(std::vector<RingFrame> frames,
                                                      std::vector<std::vector<float>> means,
                                                      double contrast) {
+  // The frames of one cycle, without the first of the next; their times are evenly spaced.
   Cycle cycle;
   cycle.contrast = contrast;
   cycle.cycle_s = 1e-9 * double(frames.back().arrived_ns - frames.front().arrived_ns);
@@ -163,6 +164,8 @@ Result<LiveSequence::Cycle> LiveSequence::find_cycle(std::vector<RingFrame> fram
     sequence.times_s.push_back(double(k) * step_s);
     sequence.frames.push_back(std::move(frames[k].volume));
   }
+
+  // One motion for all of them, and the volume that it carries.
   const auto motion = motion_of(sequence.times_s, sequence.frames, {}, stop_cycle_.get_token());
   if (!motion) return motion.error();
   cycle.times_s = sequence.times_s;
@@ -200,6 +203,7 @@ Result<SequenceMotion> LiveSequence::motion_of(const std::vector<double>& times_
 /// motion changes.
 void LiveSequence::take_further(Cycle& cycle, Further& further, size_t frame, Volume volume,
                                 std::stop_token stop) {
+  // A motion from more cycles is being estimated, or is there: the loop gets it.
   if (further.motion.valid()) {
     if (further.motion.wait_for(0s) != std::future_status::ready) return;
     const Result<SequenceMotion> motion = further.motion.get();
@@ -218,6 +222,8 @@ void LiveSequence::take_further(Cycle& cycle, Further& further, size_t frame, Vo
   further.frames[frame] = std::move(volume);
   for (const Volume& of : further.frames)
     if (of.values.empty()) return;
+
+  // There is one of each frame: into the means, and a motion from these.
   ++further.cycles;
   for (size_t k = 0; k < cycle.frames.size(); ++k)
     for (size_t v = 0; v < cycle.frames[k].values.size(); ++v)
@@ -239,6 +245,8 @@ void LiveSequence::watch() {
   if (!session_.newest(SnapshotReader::kLive, snapshot)) return;
   if (int(index_) >= snapshot.volume_count) return;
   const std::lock_guard lock(mutex_);
+
+  // How far the loop has got towards the newest frame.
   time_s_ = snapshot.volumes[index_].time_s;
   if (target_arrived_ns_ == 0) return;
   const double length_s = double(kSlots) * kSlot_s;
@@ -294,6 +302,15 @@ bool LiveSequence::wait_for_frame(RingFrame& frame, std::stop_token stop, bool o
   return false;
 }
 
+/// The motion of the pair that is estimated; none after a stop, or if it takes too long.
+std::optional<PairMotion> LiveSequence::wait_for_pair(std::stop_token stop) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, stop, kTooLong, [&] { return pair_.has_value(); });
+  std::optional<PairMotion> pair = std::move(pair_);
+  pair_.reset();
+  return pair;
+}
+
 /// Follows frame after frame until a cycle is found; then plays the cycle until the frames no
 /// longer repeat.
 Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std::stop_token stop) {
@@ -309,17 +326,12 @@ Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std
   if (!estimator) return estimator.error();
   size_t pushed = 0;
   RingFrame frame;
-  // The first motion begins at the present frame.
+
+  // Frame after frame; the first motion begins at the present frame.
   if (const Status begun = (*estimator)->push(pushed++, felt_); !begun) return begun;
   while (wait_for_frame(frame, stop, true)) {
     if (const Status taken = (*estimator)->push(pushed++, frame.volume); !taken) return taken;
-    std::optional<PairMotion> pair;
-    {
-      std::unique_lock lock(mutex_);
-      changed_.wait_for(lock, stop, kTooLong, [&] { return pair_.has_value(); });
-      pair = std::move(pair_);
-      pair_.reset();
-    }
+    const std::optional<PairMotion> pair = wait_for_pair(stop);
     if (stop.stop_requested()) break;
     if (!pair) {
       (*estimator)->cancel();
@@ -331,6 +343,8 @@ Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std
     move_to(std::move(frame.volume), frame.arrived_ns, *pair, stop);
   }
   if (stop.stop_requested()) return Nothing{};
+
+  // The frames repeat: the cycle plays until they no longer do.
   std::future<Result<Cycle>> found;
   {
     const std::lock_guard lock(mutex_);
@@ -411,6 +425,8 @@ void LiveSequence::keep(Cycle& cycle, std::stop_token stop) {
     numbers_.cycle_s = cycle.cycle_s;
     numbers_.cycles = 1;
   }
+
+  // The loop gets the cycle.
   const int frames = int(cycle.means.size());
   const double step_s = cycle.cycle_s / frames;
   hand_over(cycle.volume, stop);
@@ -438,6 +454,8 @@ void LiveSequence::keep(Cycle& cycle, std::stop_token stop) {
               : Repetition::nearest(frame.volume, cycle.means);
     last_frame = match.frame;
     last_ns = frame.arrived_ns;
+
+    // The pace: the first frame sets the time, further ones correct the rate.
     const double wanted_s = double(match.frame) * step_s;
     if (!begun) {
       session_.send({ControlEvent::Kind::kScrub, int(index_), wanted_s});
@@ -449,6 +467,8 @@ void LiveSequence::keep(Cycle& cycle, std::stop_token stop) {
     const double behind = cycles - std::round(cycles);  // in cycles
     const double rate = 1.0 + std::clamp(kPace * behind, -kMostPace, kMostPace);
     session_.send({ControlEvent::Kind::kRate, int(index_), rate});
+
+    // Frames that are like none, or come out of step, end the cycle once there are enough of them.
     const bool strange = match.distance > kUnlike * cycle.contrast || std::abs(behind) > kOutOfStep;
     odd = std::max(0, odd + (strange ? 1 : -1));
     if (!strange) take_further(cycle, further, size_t(match.frame), std::move(frame.volume), stop);

@@ -111,6 +111,7 @@ class LiveSequence {
                     std::stop_token stop);
   Result<Cycle> find_cycle(std::vector<RingFrame> frames, std::vector<std::vector<float>> means,
                            double contrast);
+  std::optional<PairMotion> wait_for_pair(std::stop_token stop);
   bool wait_for_frame(RingFrame& frame, std::stop_token stop, bool or_cycle);
   void hand_over(std::shared_ptr<const MovingVolume> volume, std::stop_token stop);
   void watch();

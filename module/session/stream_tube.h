@@ -24,8 +24,8 @@ const char* unit(TubeField field) noexcept;
 
 /// The field that a tube in this volume follows, the first of: the vectors that a mode is guided or
 /// pushed along (follow, front, vector-force), as in the paper, where tubes show the field that is
-/// felt; the vectors of vector data; the gradient, if the scene wants stream tubes of scalar data;
-/// the velocity of moving data. Empty for scalar data that stand still.
+/// felt. Else the vectors of vector data; the gradient, if the scene wants stream tubes of scalar
+/// data; the velocity of moving data. Empty for scalar data that stand still.
 std::optional<TubeField> tube_field(const Scene& scene, size_t volume);
 
 /// A stream tube as a line of material: the field line through a place at one instant, which from

@@ -24,7 +24,7 @@ view_shaders::ViewVolumeParameters volume_parameters_of(const ViewScene& scene,
                                                         double samples_per_voxel);
 
 /// Colour and extinction for each of the kTable values from lowest to highest, then the integrals
-/// of extinction times colour and of extinction up to each of them, in entries; and for each of
+/// of extinction times colour and of extinction up to each of them, in entries. Then for each of
 /// them the next one, itself included, that has extinction (kTable where none follows). most:
 /// kMostLevels of kTable each, level l the most extinction of 2^l entries from here on.
 void fill_table(const Look& look, double lowest, double highest, std::span<glm::vec4> table,

@@ -23,7 +23,7 @@ PALPATE_CONSTANT int kMostPlanes = 8;   // that clip
 PALPATE_CONSTANT int kMostEyes = 2;
 PALPATE_CONSTANT int kTable = 2048;  // entries of a transfer table, each with colour and extinction
 // Words per brick: the first one (see kSolid); two with a bit for each of its 64 blocks of 2 x 2 x
-// 2 cells that shows anything; two with a bit for each block of which every cell does; 16 with a
+// 2 cells that shows anything. Two with a bit for each block of which every cell does; 16 with a
 // bit for each cell. Bit x + 4 y + 16 z of blocks, x + 8 y + 64 z of cells, from the lowest bit on.
 PALPATE_CONSTANT int kSkipWords = 21;
 PALPATE_CONSTANT int kBlockWord = 1;

@@ -4,10 +4,10 @@
 #include "interface/motion.h"
 #include "include/bricks.glsl"
 // Finds the cells in which the field, sampled at the voxels of the image, folds: det(I + grad u) <= limit at any of the
-// 8 corners of a unit cube of voxels, with the cube's three edges at that corner as differences; or likewise at any
+// 8 corners of a unit cube of voxels, with the cube's three edges at that corner as differences. Or likewise at any
 // corner of a cube of cells, since slopes jump at a cell's middle and a fold smaller than a voxel can lie there. A
 // bound excludes most cells first: with slopes a, b, c along the three axes, |a|^2 + |b|^2 + |c|^2 < 1 means that no
-// unit vector is mapped to zero, so the determinant stays positive; slopes inside a trilinear cell are convex
+// unit vector is mapped to zero, so the determinant stays positive. Slopes inside a trilinear cell are convex
 // combinations of those along its edges.
 //
 // binding  direction  format               shape            unit

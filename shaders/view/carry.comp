@@ -21,7 +21,7 @@
 // 7        in         uint      bricks (z, y, x)  bits of the eighths to compute, see need.comp
 //
 // Of a brick only the box around the eighths that are needed is computed; a brick is thin or solid only if it was
-// computed whole. A workgroup is a brick, an invocation computes a row of its 9 x 9 x 9 nodes; nodes on a common face
+// computed whole. A workgroup is a brick, an invocation computes a row of its 9 x 9 x 9 nodes. Nodes on a common face
 // are written by both bricks, with the same value: slopes of b are those of the cell of nodes that begins there. The
 // frame's own slopes are carried, so nothing around the brick is read. Border: clamped to the edge. Precision: fp32.
 // Race: bits are set in shared memory by atomics. CPU oracle: felt_value of tests/view/shown_value.h, which reads

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/view.h"
-// Marks the bricks into which, at the phase g, something visible moves: every part of the frame with extinction for
+// Marks the bricks into which, at the phase g, something visible moves. Every part of the frame with extinction for
 // some value between its least and greatest marks the bricks that its box, moved by g times the bounds of u, touches.
 //
 // The bounds of u are those of the part's motion to the next frame or, for a volume that one motion carries (kCarried),

@@ -73,7 +73,7 @@ BareExchange::BareExchange(const std::string& place, bool event_character)
   parts_->context = usb::make_context();
   if (!parts_->context) return;
   for (const usb::BusDevice& found : usb::find(parts_->context.get(), is_falcon)) {
-    if (found.place != place) continue;
+    if (found.address != place) continue;
     usb::ClaimedDevice opened = usb::open(found.device.get(), 0);
     if (!opened.handle || falcon::set_up(opened.handle.get()).problem != usb::UsbProblem::kNone)
       return;

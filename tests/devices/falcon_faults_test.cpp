@@ -31,7 +31,7 @@ Rig::Options guarded() {
 
 Rig::Options on_place(const char* place) {
   Rig::Options options = Rig::patient();
-  options.falcon.place = place;
+  options.falcon.address = place;
   return options;
 }
 
@@ -327,7 +327,7 @@ std::vector<Row> rows() {
            },
        .fault = DeviceFault::kUnplugged,
        .recover = [](Rig& rig) { rig.find(rig.others.front()); },
-       .after = [](Rig& rig) { EXPECT_EQ(rig.device->info().place, "usb 1-2"); }},
+       .after = [](Rig& rig) { EXPECT_EQ(rig.device->info().address, "usb 1-2"); }},
       {.name = "ASecondFalconIsNotTheOneThatWasAskedFor",
        .inject =
            [](Rig& rig) {

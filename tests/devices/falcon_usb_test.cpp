@@ -25,7 +25,7 @@ TEST(Falcon, GivesPositionAndTakesForce) {
   FalconLoop loop(*device, falcon);
   ASSERT_TRUE(loop.until_pushing());
   EXPECT_LT(glm::distance(loop.last.position_m, glm::dvec3(0.010, -0.005, 0.120)), kCount_m);
-  EXPECT_EQ(device->info().place, "usb 1-1");
+  EXPECT_EQ(device->info().address, "usb 1-1");
   EXPECT_EQ(falcon.malformed(), 0U);
   const auto motors = falcon.last().motors;
   const auto rows = falcon::jacobian(*falcon::inverse(loop.last.position_m));
@@ -262,7 +262,7 @@ TEST(Falcon, LeavesAloneWhatOnlyHasItsId) {
   const auto device = opened(patient());
   FalconLoop loop(*device, falcon);
   ASSERT_TRUE(loop.until_pushing());
-  EXPECT_EQ(device->info().place, "usb 1-2");
+  EXPECT_EQ(device->info().address, "usb 1-2");
   EXPECT_EQ(relay.received_count(), 0U);
 }
 
@@ -274,7 +274,7 @@ TEST(Falcon, TakesTheSecondOneIfAnotherProgramHasTheFirst) {
   const auto device = opened(patient());
   FalconLoop loop(*device, falcon);
   ASSERT_TRUE(loop.until_pushing());
-  EXPECT_EQ(device->info().place, "usb 1-2");
+  EXPECT_EQ(device->info().address, "usb 1-2");
 }
 
 TEST(Falcon, IsTwoDevicesWhereTwoArePluggedIn) {
@@ -284,9 +284,9 @@ TEST(Falcon, IsTwoDevicesWhereTwoArePluggedIn) {
   left.plug();
   right.plug();
   FalconOptions options = patient();
-  options.place = "usb 1-2";
+  options.address = "usb 1-2";
   const auto of_right = opened(options);
-  options.place = "usb 1-1";
+  options.address = "usb 1-1";
   const auto of_left = opened(options);
   FalconLoop left_loop(*of_left, left), right_loop(*of_right, right);
   ASSERT_TRUE(left_loop.until_pushing());

@@ -45,7 +45,7 @@ TEST(DeviceList, SaysWhatAHealthyFalconCanDo) {
   falcon.plug();
   const ListedDevice found = only();
   EXPECT_EQ(found.info.kind, "falcon");
-  EXPECT_EQ(found.info.place, "usb 1-1");
+  EXPECT_EQ(found.info.address, "usb 1-1");
   EXPECT_EQ(found.usb_id, "0403:cb48");
   EXPECT_TRUE(found.usable) << found.wrong;
   EXPECT_EQ(found.notes, "");
@@ -129,9 +129,9 @@ TEST(DeviceList, ShowsAllOfSeveralInTheOrderOfTheBus) {
   first.plug();
   const DeviceList list = list_bus();
   ASSERT_EQ(list.devices.size(), 4U);
-  EXPECT_EQ(list.devices[0].info.place, "usb 1-2");
+  EXPECT_EQ(list.devices[0].info.address, "usb 1-2");
   EXPECT_FALSE(list.devices[0].usable);
-  EXPECT_EQ(list.devices[1].info.place, "usb 1-3");
+  EXPECT_EQ(list.devices[1].info.address, "usb 1-3");
   EXPECT_TRUE(list.devices[1].usable);
   EXPECT_EQ(list.devices[2].info.name, "3Dconnexion SpaceMouse Compact");
 }

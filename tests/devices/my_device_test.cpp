@@ -134,7 +134,7 @@ TEST(MyDevice, IsAKindLikeTheOthersOnceItIsAdded) {
   far_end.place({0.01, 0.02, -0.03});
   ForceDeviceOptions options;
   options.real_time = false;
-  options.place = far_end.place_name();
+  options.address = far_end.place_name();
   EXPECT_TRUE(kind->may_be_there(options));
   const auto made = kind->make(options);
   ASSERT_TRUE(made) << made.error().message;
@@ -147,7 +147,7 @@ TEST(MyDevice, IsAKindLikeTheOthersOnceItIsAdded) {
 
   for (const char* place : {"", "my desk", "127.0.0.1", "127.0.0.1:0", "127.0.0.1:70000", ":4711",
                             "127.0.0.1:4711:4712", "1.2.3:4711"}) {
-    options.place = place;
+    options.address = place;
     const auto none = kind->make(options);
     ASSERT_FALSE(none) << place;
     EXPECT_THAT(none.error().message, ::testing::HasSubstr("give its address and port"));

@@ -59,7 +59,7 @@ TEST(SpaceMouse, TurnsAndMovesAsThePuckDoes) {
     EXPECT_LT(glm::distance(reading.angular_rad_per_s, glm::dvec3(0, 1.5, 0)), 1e-12);
     puck.push({});
     EXPECT_TRUE(stops(mouse));
-    EXPECT_EQ(mouse.info().place, puck.place());
+    EXPECT_EQ(mouse.info().address, puck.place());
     EXPECT_EQ(mouse.info().name, "3Dconnexion SpaceNavigator");
   }
 }

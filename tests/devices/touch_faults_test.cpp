@@ -375,7 +375,7 @@ TEST(Touch, HasPalpatesAxesBothWaysAndTellsWhatItCan) {
   const DeviceInfo info = device.info();
   EXPECT_EQ(info.kind, "touch");
   EXPECT_EQ(info.name, "3D Systems Touch");
-  EXPECT_EQ(info.place, "");
+  EXPECT_EQ(info.address, "");
   EXPECT_EQ(info.max_force_n, 3.3);
   EXPECT_EQ(info.continuous_force_n, 0.88);
   EXPECT_EQ(info.max_stiffness_n_per_m, 500.0);
@@ -464,7 +464,7 @@ TEST(Touch, IsTheOneOfThatName) {
   {
     MailboxDevice device(make_touch_link(options), quiet());
     ASSERT_TRUE(says(device, DeviceFault::kNone));
-    EXPECT_EQ(device.info().place, "Left hand");
+    EXPECT_EQ(device.info().address, "Left hand");
     const std::lock_guard lock(library().mutex);
     EXPECT_EQ(library().initialised, "Left hand");
   }

@@ -143,7 +143,7 @@ TEST_F(SegmentationReader, RefusesWhatIsNoSegmentation) {
 }
 
 /// How well a distance agrees with the border of a label within the slices, and how smooth it is:
-/// along columns and rows in which the label changes, the place of distance 0; and the angle
+/// along columns and rows in which the label changes, the place of distance 0. And the angle
 /// between the normals at crossings that are neighbours in the slice.
 struct Border {
   double mean_mm = 0.0, rms_mm = 0.0;

@@ -21,7 +21,7 @@ Texels slices(const Texels& whole, int begin, int end) {
   return part;
 }
 
-/// Marks a tenth of the voxels as outside the mask, but none at the border: a place outside the
+/// Marks a tenth of the voxels as outside the mask, but none at the border. A place outside the
 /// image is clamped to the border sample, and whether a device then also touches its neighbour with
 /// weight 0 depends on the device.
 void punch_holes(Texels& image, uint32_t seed) {

@@ -398,17 +398,17 @@ TEST_F(ClientTest, EndsAtOnceWhateverTheServerDoes) {
 }
 
 TEST(Places, AreReadOrRefused) {
-  const auto plain = read_place("igtl://heart.local");
+  const auto plain = read_address("igtl://heart.local");
   ASSERT_TRUE(plain);
   EXPECT_EQ(plain->host, "heart.local");
   EXPECT_EQ(plain->port, 18944);
-  const auto six = read_place("igtl://[::1]:18945/");
+  const auto six = read_address("igtl://[::1]:18945/");
   ASSERT_TRUE(six);
   EXPECT_EQ(six->host, "::1");
   EXPECT_EQ(six->port, 18945);
   EXPECT_FALSE(six->accepts_no_crc);
   for (const char* open : {"igtl://a?crc=none", "igtl://a:18944?crc=none", "igtl://a/?crc=none"}) {
-    const auto place = read_place(open);
+    const auto place = read_address(open);
     ASSERT_TRUE(place) << open;
     EXPECT_EQ(place->host, "a");
     EXPECT_TRUE(place->accepts_no_crc);
@@ -416,7 +416,7 @@ TEST(Places, AreReadOrRefused) {
   for (const char* wrong : {"igtl://a?crc=no", "igtl://a?none", "igtl://?crc=none", "igtl://",
                             "igtl://:18944", "igtl://a:0", "igtl://a:65536",
                             "igtl://a:", "igtl://a:1x", "igtl://[::1", "igtl://a/b", "http://a"})
-    EXPECT_FALSE(read_place(wrong)) << wrong;
+    EXPECT_FALSE(read_address(wrong)) << wrong;
 }
 
 }  // namespace

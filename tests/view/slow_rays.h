@@ -6,7 +6,7 @@ namespace palpate::test {
 
 /// The oracle of the picture: the emission and absorption integral of one volume along every
 /// pixel's ray in double precision, with the values that the haptic loop reads
-/// (tests/view/shown_value.h), nothing skipped, no tables, many small steps, lit by its own central
+/// (tests/view/shown_value.h). Nothing skipped, no tables, many small steps, lit by its own central
 /// differences. Without shapes. `steps_per_voxel` along the ray. Uses all cores.
 Picture slow_picture(const ViewScene& scene, const Eye& eye, PictureSize size,
                      double steps_per_voxel, double near_m);

@@ -194,7 +194,7 @@ TEST(WebPage, NamesThatAreNoPagesAreRefused) {
 }
 
 /// Says what a person would see: dark or not, pixels by which the page is wider than its window,
-/// volumes, frame after its slider was moved, mean brightness of the viewer in frame 0 and
+/// volumes, frame after its slider was moved. Then mean brightness of the viewer in frame 0 and
 /// in that frame, and whether it plays.
 constexpr const char* kMeasure = R"js(<script>
 (async () => {

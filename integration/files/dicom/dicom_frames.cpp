@@ -51,6 +51,38 @@ class DicomFrames : public FrameSource {
   DicomPixels pixels_;
 };
 
+NamedSeries named(const std::filesystem::path& input) {
+  return split_series(input).value_or(NamedSeries{input, {}});
+}
+
+/// The one frame in the n-th of several folders; first: a slice of the first folder.
+Result<DicomScan> frame_in_folder(const std::filesystem::path& input, size_t n,
+                                  const DicomSlice* first) {
+  const NamedSeries series = named(input);
+  auto scan = scan_dicom(series.folder);
+  if (!scan) return scan.error();
+  const auto image = choose_image(series.folder, scan->slices, series.series);
+  if (!image) return image.error();
+  if (image->frames.size() > 1) {
+    return bad_input(input,
+                     "holds {} frames, but of several folders each is one frame: name this "
+                     "folder alone",
+                     image->frames.size());
+  }
+  DicomScan chosen;
+  for (const size_t s : image->frames.front()) chosen.slices.push_back(scan->slices[s]);
+  for (DicomSlice& slice : chosen.slices) slice.input = n;
+  const DicomSlice& slice = chosen.slices.front();
+  if (const char* what = first ? shape_difference(*first, slice) : nullptr) {
+    return bad_input(slice.file,
+                     "has another {} than '{}': name folders with the frames of one scan", what,
+                     first->file.string());
+  }
+  chosen.notes = scan->notes;
+  for (const std::string& note : image->notes) chosen.notes.push_back(note);
+  return chosen;
+}
+
 }  // namespace
 
 Result<std::vector<DicomEntry>> list_dicom(const std::filesystem::path& folder) {
@@ -64,9 +96,6 @@ Result<std::vector<DicomEntry>> list_dicom(const std::filesystem::path& folder) 
 
 Result<std::unique_ptr<FrameSource>> open_dicom(const std::vector<std::filesystem::path>& inputs) {
   const std::filesystem::path& name = inputs.front();
-  const auto named = [](const std::filesystem::path& input) {
-    return split_series(input).value_or(NamedSeries{input, {}});
-  };
   std::vector<DicomSlice> slices;
   std::vector<std::string> notes;
   const auto append = [&](DicomScan& scan) {
@@ -78,31 +107,9 @@ Result<std::unique_ptr<FrameSource>> open_dicom(const std::vector<std::filesyste
   if (inputs.size() > 1 && std::filesystem::is_directory(named(name).folder)) {
     // A list of folders is one frame per folder.
     for (size_t n = 0; n < inputs.size(); ++n) {
-      const NamedSeries input = named(inputs[n]);
-      auto scan = scan_dicom(input.folder);
-      if (!scan) return scan.error();
-      const auto image = choose_image(input.folder, scan->slices, input.series);
-      if (!image) return image.error();
-      if (image->frames.size() > 1) {
-        return bad_input(inputs[n],
-                         "holds {} frames, but of several folders each is one frame: name this "
-                         "folder alone",
-                         image->frames.size());
-      }
-      DicomScan chosen;
-      for (const size_t s : image->frames.front()) chosen.slices.push_back(scan->slices[s]);
-      for (DicomSlice& slice : chosen.slices) slice.input = n;
-      if (n > 0) {
-        const DicomSlice &first = slices.front(), &slice = chosen.slices.front();
-        if (const char* what = shape_difference(first, slice)) {
-          return bad_input(slice.file,
-                           "has another {} than '{}': name folders with the frames of one scan",
-                           what, first.file.string());
-        }
-      }
-      chosen.notes = scan->notes;
-      for (const std::string& note : image->notes) chosen.notes.push_back(note);
-      append(chosen);
+      auto chosen = frame_in_folder(inputs[n], n, slices.empty() ? nullptr : &slices.front());
+      if (!chosen) return chosen.error();
+      append(*chosen);
     }
     std::vector<size_t> all(slices.size());
     std::iota(all.begin(), all.end(), size_t{0});

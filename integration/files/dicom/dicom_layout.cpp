@@ -376,6 +376,63 @@ Error disagreement(const Path& name, const OrderKey& a, const OrderKey& b) {
                    a.name, b.name, kOwnFolders);
 }
 
+/// Whether the other keys agree with the winner, or may differ from it. count: the key of the
+/// instance number.
+Status check_others(const Path& name, const KeyOrder& winner, const std::vector<KeyOrder>& orders,
+                    const OrderKey& count, std::vector<std::string>& notes) {
+  for (const KeyOrder& other : orders) {
+    if (other.tells != Tells::kAll || other.places == winner.places) continue;
+    const Kind mine = winner.key->kind, its = other.key->kind;
+    if (mine == Kind::kInput && its == Kind::kMeaning) {
+      notes.push_back(
+          fmt::format("The frames are in the order in which they were named; by their {} they "
+                      "would be in another.",
+                      other.key->name));
+    } else if (mine == Kind::kMeaning && its == Kind::kMeaning) {
+      if (!is_rotated(winner.places, other.places))
+        return disagreement(name, *winner.key, *other.key);
+      notes.push_back(
+          fmt::format("The frames begin as their {} does; by their {} the cycle begins "
+                      "with another frame.",
+                      winner.key->name, other.key->name));
+    } else if (mine == Kind::kHabit && its == Kind::kHabit) {
+      return disagreement(name, *winner.key, *other.key);
+    } else if (mine >= Kind::kHabit && other.key == &count) {
+      // Some scanners count instances backwards.
+      if (mine == Kind::kLast || !is_reversed(winner.places, other.places))
+        return disagreement(name, *winner.key, *other.key);
+    }
+  }
+  return Nothing{};
+}
+
+/// Whether the clock contradicts the winner. Trigger times of scans that nothing triggers are the
+/// maker's own clock, and positions in time may be renumbered: two witnesses against them are
+/// enough.
+Status check_clock(const Path& name, const KeyOrder& winner, const std::vector<KeyOrder>& orders,
+                   const Slices& slices) {
+  const auto named = [&](const char* start) -> const KeyOrder* {
+    for (const KeyOrder& order : orders)
+      if (order.tells == Tells::kAll && order.key->name.starts_with(start)) return &order;
+    return nullptr;
+  };
+  const DicomSlice& first = slices[winner.places.front().front()];
+  const DicomSlice& last = slices[winner.places.front().back()];
+  const KeyOrder *clock = named("acquisition time"), *count = named("instance number");
+  if (winner.key->kind != Kind::kMeaning || !clock || clock->places == winner.places ||
+      first.is_gated)
+    return Nothing{};
+  const bool is_beat = first.trigger_time_ms && last.trigger_time_ms &&
+                       *last.trigger_time_ms - *first.trigger_time_ms <= kLongestBeatMs;
+  const bool is_trigger = winner.key->name.starts_with("trigger");
+  const bool has_phase = first.phase_percent || first.scan_percent || is_beat;
+  const bool is_position = winner.key->name.starts_with("temporal");
+  if ((is_trigger && !is_beat) ||
+      (is_position && !has_phase && count && count->places == clock->places))
+    return disagreement(name, *winner.key, *clock->key);
+  return Nothing{};
+}
+
 /// The frames' order by the first key that tells them apart, if no other contradicts it.
 Result<KeyOrder> choose_order(const Path& name, const Slices& slices,
                               const std::vector<OrderKey>& keys, const std::vector<Group>& places,
@@ -387,11 +444,6 @@ Result<KeyOrder> choose_order(const Path& name, const Slices& slices,
     if (order.tells == Tells::kAll && is_count && !counts_evenly(order, slices)) continue;
     if (order.tells != Tells::kNothing) orders.push_back(std::move(order));
   }
-  const auto named = [&](const char* start) -> const KeyOrder* {
-    for (const KeyOrder& order : orders)
-      if (order.tells == Tells::kAll && order.key->name.starts_with(start)) return &order;
-    return nullptr;
-  };
   const auto winner = std::find_if(orders.begin(), orders.end(), [](const KeyOrder& order) {
     return order.tells == Tells::kAll;
   });
@@ -416,52 +468,16 @@ Result<KeyOrder> choose_order(const Path& name, const Slices& slices,
   if (winner->key->is_shared) {
     if (const Status shared = check_shared(name, *winner, slices); !shared) return shared.error();
   }
-  for (const KeyOrder& other : orders) {
-    if (other.tells != Tells::kAll || other.places == winner->places) continue;
-    const Kind mine = winner->key->kind, its = other.key->kind;
-    if (mine == Kind::kInput && its == Kind::kMeaning) {
-      notes.push_back(
-          fmt::format("The frames are in the order in which they were named; by their {} they "
-                      "would be in another.",
-                      other.key->name));
-    } else if (mine == Kind::kMeaning && its == Kind::kMeaning) {
-      if (!is_rotated(winner->places, other.places))
-        return disagreement(name, *winner->key, *other.key);
-      notes.push_back(
-          fmt::format("The frames begin as their {} does; by their {} the cycle begins "
-                      "with another frame.",
-                      winner->key->name, other.key->name));
-    } else if (mine == Kind::kHabit && its == Kind::kHabit) {
-      return disagreement(name, *winner->key, *other.key);
-    } else if (mine >= Kind::kHabit && &*other.key == &keys.back()) {
-      // Some scanners count instances backwards.
-      if (mine == Kind::kLast || !is_reversed(winner->places, other.places))
-        return disagreement(name, *winner->key, *other.key);
-    }
-  }
-  // Trigger times of scans that nothing triggers are the maker's own clock, and positions in time
-  // may be renumbered: two witnesses against them are enough.
-  const DicomSlice& first = slices[winner->places.front().front()];
-  const DicomSlice& last = slices[winner->places.front().back()];
-  const KeyOrder *clock = named("acquisition time"), *count = named("instance number");
-  if (winner->key->kind == Kind::kMeaning && clock && clock->places != winner->places &&
-      !first.is_gated) {
-    const bool is_beat = first.trigger_time_ms && last.trigger_time_ms &&
-                         *last.trigger_time_ms - *first.trigger_time_ms <= kLongestBeatMs;
-    const bool is_trigger = winner->key->name.starts_with("trigger");
-    const bool has_phase = first.phase_percent || first.scan_percent || is_beat;
-    const bool is_position = winner->key->name.starts_with("temporal");
-    if ((is_trigger && !is_beat) ||
-        (is_position && !has_phase && count && count->places == clock->places))
-      return disagreement(name, *winner->key, *clock->key);
-  }
+  if (const Status agree = check_others(name, *winner, orders, keys.back(), notes); !agree)
+    return agree.error();
+  if (const Status clock = check_clock(name, *winner, orders, slices); !clock) return clock.error();
   if (winner->key->kind == Kind::kLast)
     notes.push_back(fmt::format("Nothing but the {} orders the frames.", winner->key->name));
   return *winner;
 }
 
 /// Mean trigger time of each frame, or its frame reference time, or the temporal resolution times
-/// the frame number, or the time of the acquisition if nothing steered that: gated scans are
+/// the frame number, or the time of the acquisition if nothing steered that. Gated scans are
 /// acquired in another order than that of the motion. The last counts from the first frame on.
 void find_times(const Slices& slices, const OrderKey& key, DicomLayout& layout) {
   layout.times_s = counted_times(layout.frames.size());

@@ -246,6 +246,19 @@ void prefer(std::vector<const DicomImage*>& pool, IsBetter is_better) {
     std::erase_if(pool, [&](const DicomImage* image) { return !is_better(image); });
 }
 
+/// The magnitude is the picture; phase, real and imaginary parts belong to it.
+void prefer_magnitude(std::vector<const DicomImage*>& pool, const Slices& slices) {
+  const auto is_part = [&](SignalPart part) {
+    return [&slices, part](const DicomImage* image) {
+      return component_of(slices[image->slices.front()]) == part;
+    };
+  };
+  const auto magnitudes = std::count_if(pool.begin(), pool.end(), is_part(SignalPart::kMagnitude));
+  const auto others = std::count_if(pool.begin(), pool.end(), is_part(SignalPart::kOther));
+  if (magnitudes == 1 && size_t(others) + 1 == pool.size())
+    prefer(pool, is_part(SignalPart::kMagnitude));
+}
+
 Result<DicomLayout> choose_among(const Path& name, const Slices& slices, const Group& all) {
   std::vector<DicomImage> images = images_among(name, slices, all);
   std::vector<const DicomImage*> sequences, volumes;
@@ -269,21 +282,7 @@ Result<DicomLayout> choose_among(const Path& name, const Slices& slices, const G
            slice.kind[size_t(KindTag::kImageType)].find("LOCALIZER") == std::string::npos;
   };
   prefer(pool, is_stack);
-  // The magnitude is the picture; phase, real and imaginary parts belong to it.
-  if (pool.size() > 1) {
-    const auto component = [&](const DicomImage* image) {
-      return component_of(slices[image->slices.front()]);
-    };
-    const auto magnitudes = std::count_if(pool.begin(), pool.end(), [&](const DicomImage* image) {
-      return component(image) == SignalPart::kMagnitude;
-    });
-    const auto others = std::count_if(pool.begin(), pool.end(), [&](const DicomImage* image) {
-      return component(image) == SignalPart::kOther;
-    });
-    if (magnitudes == 1 && size_t(others) + 1 == pool.size())
-      prefer(pool,
-             [&](const DicomImage* image) { return component(image) == SignalPart::kMagnitude; });
-  }
+  prefer_magnitude(pool, slices);
   if (pool.size() > 1) {
     std::set<std::string> reasons;
     for (const DicomImage* image : pool) reasons.insert(image->differs_in);

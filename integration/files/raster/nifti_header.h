@@ -14,7 +14,7 @@ bool starts_like_nifti(std::string_view bytes);
 
 /// What a NIfTI-1 or NIfTI-2 header (.nii, or .hdr of a pair) says; either byte order. Space comes
 /// from the sform where it names scanner coordinates or stands alone, else from the qform, as ITK
-/// chooses, and is turned from RAS to LPS; where sform and qform differ by more than half a voxel,
+/// chooses, and is turned from RAS to LPS. Where sform and qform differ by more than half a voxel,
 /// a note says which is used; units of space and time are honoured. `packed` says that the file is
 /// a gzip stream. Vectors with the intent "vector" are LPS, as ITK and ANTs write them; with the
 /// intent "displacement vector" they are RAS, as the standard says. NiftyReg's displacements (RAS)

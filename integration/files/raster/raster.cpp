@@ -109,7 +109,7 @@ void complete_slice(Placement& placement) {
 }
 
 Result<Grid> make_grid(const std::filesystem::path& file, const Placement& placement) {
-  if (const Status sound = check_size(file, placement.size); !sound) return sound.error();
+  if (const Status good = check_size(file, placement.size); !good) return good.error();
   if (!all_finite(placement)) {
     return bad_input(file,
                      "has a spacing, origin or direction that is not finite: correct its header");

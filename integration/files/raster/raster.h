@@ -75,7 +75,7 @@ struct Placement {
   glm::dmat3 axes{1.0};       ///< columns: directions of i, j, k in LPS
 };
 
-/// Makes a slice of a picture of two dimensions: where it has one sample along k and the file gives
+/// Makes a slice of a picture of two dimensions. Where it has one sample along k and the file gives
 /// no third axis, k is perpendicular to i and j, and where it gives no third spacing, the slice is
 /// as thick as its larger pixel edge.
 void complete_slice(Placement& placement);

@@ -74,7 +74,7 @@ SampleStream::SampleStream(Raster raster, ByteSource source)
     : raster_(std::move(raster)), source_(std::move(source)) {}
 
 Result<SampleStream> SampleStream::open(const Raster& raster) {
-  if (const Status sound = check_claims(raster); !sound) return sound.error();
+  if (const Status good = check_claims(raster); !good) return good.error();
   ByteSource::Options options;
   options.deflate = raster.encoding == Encoding::kDeflate;
   options.hex = raster.encoding == Encoding::kHex;

@@ -22,7 +22,7 @@ Status apply_frame_fields(const FrameFields& fields, Raster& raster);
 
 /// Turns the axes of a file by `UltrasoundImageOrientation` of PLUS: a letter per axis says towards
 /// what it counts (M marked side, U unmarked; F far from the probe, N near; A ascending, D
-/// descending), and PLUS and 3D Slicer place the picture as if it were stored as MFA. An empty one
+/// descending). PLUS and 3D Slicer place the picture as if it were stored as MFA. An empty one
 /// changes nothing, nor does one that can not be understood, which is noted. axes: those of space,
 /// 2 or 3.
 void turn_ultrasound(std::string_view orientation, int axes, Placement& placement, Raster& raster);

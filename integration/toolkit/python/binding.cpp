@@ -280,6 +280,44 @@ struct Listener {
   }
 };
 
+/// Gives the estimator all frames. Throws what Python raised meanwhile.
+void push_all(const PythonContext& context, PalEstimator* estimator, const PalGrid& grid,
+              const std::vector<py::array>& frames, const std::vector<double>& times_s,
+              const Listener& listener) {
+  for (size_t k = 0; k < frames.size(); ++k) {
+    const PalSampleType type = type_of(frames[k]);
+    const void* const samples = samples_of(frames[k], grid);
+    const double time_s = times_s.empty() ? -1.0 : times_s[k];
+    PalResult pushed;
+    {
+      const py::gil_scoped_release released;
+      pushed = context.told(pal_estimator_push(estimator, type, samples, time_s));
+    }
+    // push() may have waited for a pair; if it was cancelled meanwhile, report why.
+    const std::string sentence = pal_last_error();
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    if (listener.raised) std::rethrow_exception(listener.raised);
+    check(pushed, sentence);
+  }
+}
+
+/// Waits for the end, and cancels at Ctrl-C. Whether it was cancelled.
+bool wait_for_end(const std::future<PalResult>& finished, PalEstimator* estimator) {
+  bool interrupted = false;
+  while (true) {
+    std::future_status status;
+    {
+      const py::gil_scoped_release released;
+      status = finished.wait_for(std::chrono::milliseconds(50));
+    }
+    if (status == std::future_status::ready) return interrupted;
+    if (!interrupted && PyErr_CheckSignals() != 0) {
+      interrupted = true;
+      pal_estimator_cancel(estimator);
+    }
+  }
+}
+
 /// Estimates the motion of frames (shape (z, y, x), contiguous, without a copy).
 std::unique_ptr<PythonMotion> estimate(
     const PythonContext& context, const std::vector<py::array>& frames,
@@ -310,21 +348,7 @@ std::unique_ptr<PythonMotion> estimate(
   without_lock(
       [&] { return context.told(pal_estimator_open(context.handle, &info, &owner.handle)); });
   listener.estimator = owner.handle;
-  for (size_t k = 0; k < frames.size(); ++k) {
-    const PalSampleType type = type_of(frames[k]);
-    const void* const samples = samples_of(frames[k], info.grid);
-    const double time_s = times_s.empty() ? -1.0 : times_s[k];
-    PalResult pushed;
-    {
-      const py::gil_scoped_release released;
-      pushed = context.told(pal_estimator_push(owner.handle, type, samples, time_s));
-    }
-    // push() may have waited for a pair; if it was cancelled meanwhile, report why.
-    const std::string sentence = pal_last_error();
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    if (listener.raised) std::rethrow_exception(listener.raised);
-    check(pushed, sentence);
-  }
+  push_all(context, owner.handle, info.grid, frames, times_s, listener);
   // On a thread of its own, so that Ctrl-C is handled here.
   PalMotion* found = nullptr;
   std::string sentence;
@@ -333,19 +357,7 @@ std::unique_ptr<PythonMotion> estimate(
     if (result < PAL_OK) sentence = pal_last_error();
     return result;
   });
-  bool interrupted = false;
-  while (true) {
-    std::future_status status;
-    {
-      const py::gil_scoped_release released;
-      status = finished.wait_for(std::chrono::milliseconds(50));
-    }
-    if (status == std::future_status::ready) break;
-    if (!interrupted && PyErr_CheckSignals() != 0) {
-      interrupted = true;
-      pal_estimator_cancel(owner.handle);
-    }
-  }
+  const bool interrupted = wait_for_end(finished, owner.handle);
   const PalResult result = context.told(finished.get());
   std::unique_ptr<PythonMotion> motion = found ? std::make_unique<PythonMotion>(found) : nullptr;
   if (interrupted) throw py::error_already_set();

@@ -10,9 +10,9 @@ namespace palpate {
 /// Leads from the force that the hand felt to the one that the scene gives, where the scene changes
 /// it at once: the rest of the difference is added to the spring's force and decays. It owns three
 /// events: a scene is exchanged, a scene is taken away, and a constraint on the hand ends or
-/// changes (the edge of a surface, a hole, a border of the data, a fold of the field, values that
-/// are not finite). What the hand and the material do is felt at once. Values, world; real-time
-/// safe.
+/// changes. Such an end is the edge of a surface, a hole, a border of the data, a fold of the
+/// field, or a value that is not finite. What the hand and the material do is felt at once. Values,
+/// world; real-time safe.
 class ForceBridge {
  public:
   /// What the material of a volume did in a haptic frame.

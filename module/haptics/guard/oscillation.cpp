@@ -57,7 +57,7 @@ void OscillationGuard::step(glm::dvec3 force_n, glm::dvec3 hand_n, double dt_s) 
   axis_ += forget * ((glm::dot(band, axis_) < 0.0 ? -band : band) - axis_);
   const double length = glm::length(axis_);
   hear(length > 1e-9 ? glm::dot(band, axis_) / length : 0.0, dt_s);
-  turn_gain(dt_s);
+  ramp_gain(dt_s);
   if (buzzing_) is_scenes_ = hand_power_ < kHandsShare * kHandsShare * power_;
 }
 
@@ -82,7 +82,7 @@ void OscillationGuard::hear(double along_axis, double dt_s) noexcept {
   wave_peak_ = std::max(wave_peak_, along_axis * wave_sign_);
 }
 
-void OscillationGuard::turn_gain(double dt_s) noexcept {
+void OscillationGuard::ramp_gain(double dt_s) noexcept {
   const double rms = rms_n();
   const bool before = buzzing_;
   buzzing_ = row_ == kRow && rms > (buzzing_ ? 0.5 : 1.0) * buzz_n_;

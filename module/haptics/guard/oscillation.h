@@ -12,7 +12,7 @@ namespace palpate {
 ///   far smaller; tapping and a beating wall (up to 10 Hz) make long or unlike ones.
 /// While it buzzes the gain falls, and comes back over seconds once it has stopped; if the buzz
 /// goes on at the lowest gain it trips. Thresholds differ for beginning and ending (hysteresis).
-/// It also tells who shakes: in a loop that is not stable the hand and the spring shake each other,
+/// It also tells who shakes. In a loop that is not stable the hand and the spring shake each other,
 /// and the spring's force is the hand's own motion times the stiffness; where a scene shakes, the
 /// hand moves less than that. A value; no clock; real-time safe.
 class OscillationGuard {
@@ -38,7 +38,7 @@ class OscillationGuard {
     void step(glm::dvec3 value, double dt_s) noexcept;
   };
   void hear(double along_axis, double dt_s) noexcept;
-  void turn_gain(double dt_s) noexcept;
+  void ramp_gain(double dt_s) noexcept;
 
   double buzz_n_;
   Band force_, hand_;

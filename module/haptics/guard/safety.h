@@ -94,7 +94,7 @@ struct SafetyOutput {
 /// that the energy gate makes, so that all changes together stay within it.
 ///
 /// No step is larger than max_slew * dt, where dt is that of the frame, at most 2 ms (and 1 ms
-/// where the clock is to blame: below 1 us or not a number): after a gap the force changes by no
+/// where the clock is to blame: below 1 us or not a number). After a gap the force changes by no
 /// more than in any other frame, and the ramp takes at least ten frames.
 ///
 /// A value; step() is real-time safe and its result depends on the inputs alone. One thread.

@@ -24,11 +24,11 @@ struct BackTrack {
 /// closing: an offset added to u everywhere (a cycle's closing error, spread over its last step).
 ///
 /// ok if the residual is below 1e-6 cells, det(I + g du/dx) > 0 at x, and no fold was met on the
-/// straight way from `start` to x (checked at every 32nd of a cell, only in fields that have folds;
-/// a way of more than 8 cells counts as folded). A point behind a fold belongs to another part of
-/// the material, even if its residual is small. Where it is not ok, x_m is the best point found;
-/// the caller keeps its last point. Never NaN: with an argument that is not finite it is not ok,
-/// x_m is the start (or the origin) and the residual infinite. Real-time safe.
+/// straight way from `start` to x. (Checked at every 32nd of a cell, only in fields that have
+/// folds; a way of more than 8 cells counts as folded.) A point behind a fold belongs to another
+/// part of the material, even if its residual is small. Where it is not ok, x_m is the best point
+/// found; the caller keeps its last point. Never NaN: with an argument that is not finite it is not
+/// ok, x_m is the start (or the origin) and the residual infinite. Real-time safe.
 BackTrack back_track(const MotionMap& map, double phase, glm::dvec3 target, glm::dvec3 start,
                      glm::dvec3 closing = glm::dvec3(0.0),
                      BackTracking method = BackTracking::kNewton) noexcept;

@@ -8,7 +8,7 @@ namespace palpate {
 struct Balance {
   glm::dvec3 proxy{0.0};  ///< m
   /// What is left of spring and forces: a bound on the size of the KKT residual. Places are known
-  /// to round-off only, and forces jump at primitives; so each primitive may give what it gives
+  /// to round-off only, and forces jump at primitives. So each primitive may give what it gives
   /// anywhere within 16 units in the last place of the largest coordinate (at least 1 mm), as it
   /// would if its position were rounded differently. 0 where a closed form was used.
   double residual_n = 0.0;

@@ -126,6 +126,8 @@ void ConvexBalance::start() noexcept {
   started_ = true;
   smallest_ = HUGE_VAL;
   place();
+
+  // How far the primitives are from the probe, and how far they can pull.
   double widest = 0.0, reaches = 0.0;
   for (size_t i = 0; i < plane_count_; ++i) {
     const Plane& plane = planes_[i];
@@ -138,6 +140,8 @@ void ConvexBalance::start() noexcept {
     widest = std::max(widest, size(at_probe));
     reaches += line.reach;
   }
+
+  // Widths of the smoothed forces: a small part of that, never below round-off.
   const double width = 0.03 * std::min(widest, reaches);
   for (size_t i = 0; i < plane_count_; ++i) {
     Plane& plane = planes_[i];
@@ -151,6 +155,8 @@ void ConvexBalance::start() noexcept {
     smallest_ = std::min(smallest_, line.slack);
     line.width = std::max({width, kLeastWidth * line.reach, 0.5 * line.slack});
   }
+
+  // Below this only round-off is left.
   tolerance_ = std::max(0.1 * kResidualN / stiffness_, kUlp * (reaches + size(spring_)));
 }
 
@@ -177,6 +183,7 @@ void ConvexBalance::place() noexcept {
 /// primitives were active as at the last evaluation that was not predicted.
 template <bool kPredicted>
 void ConvexBalance::evaluate(double along) noexcept {
+  // The spring: its force, and its curvature, which is 1 in these units.
   glm::dvec3 rest = spring_ + along * newton_step_;
   SymmetricMatrix a{1.0, 0.0, 0.0, 1.0, 0.0, 1.0};
   const auto add = [&a](double c, glm::dvec3 v) {
@@ -286,9 +293,13 @@ size_t ConvexBalance::kinks(std::array<double, kMaxKinks>& places) const noexcep
 double ConvexBalance::search(double slope, bool strict) noexcept {
   const double enough = -0.1 * slope;
   const double enough_beyond = strict ? 0.0 : enough;
+
+  // The whole step, if the gradient there is small or still falls.
   evaluate(1.0);
   double at_high = glm::dot(rest_, newton_step_);
   if (at_high <= enough_beyond || glm::length(rest_) <= tolerance_) return 1.0;
+
+  // Between which two kinks the gradient changes its sign: by halving.
   double low = 0.0, high = 1.0, at_low = slope;
   std::array<double, kMaxKinks> places;
   size_t first = 0, last = kinks(places);
@@ -308,6 +319,8 @@ double ConvexBalance::search(double slope, bool strict) noexcept {
       last = middle;
     }
   }
+
+  // Between them it is smooth: regula falsi with the Illinois change.
   double along = 0.0;
   for (int k = 0; k < 12; ++k) {
     along = low + (high - low) * (at_low / (at_low - at_high));
@@ -405,10 +418,10 @@ Balance ConvexBalance::solve(bool shares_matter, BalanceHint::Stage* hint) noexc
 }
 
 Balance ConvexBalance::pass(bool shares_matter, BalanceHint::Stage* hint) noexcept {
-  iterations_ = settle_steps_ = 0;
+  iterations_ = exact_steps_ = 0;
   start();
   shares_matter_ = false;
-  bool done = hint && settle_as(*hint);
+  bool done = hint && solve_active_of(*hint);
   shares_matter_ = shares_matter;
   for (int round = 0; round < kMaxRounds && !done; ++round) {
     farthest_ = 0.0;
@@ -418,37 +431,36 @@ Balance ConvexBalance::pass(bool shares_matter, BalanceHint::Stage* hint) noexce
     else
       predict();
     newton();
-    done = end_round() || settle();
+    done = end_round() || solve_active();
     if (round == 0 || farthest_ * kUlp > 0.1 * smallest_) place();
   }
   if (hint && done) remember(*hint);
   Balance result;
   result.proxy = proxy_ + proxy_low_;
-  result.iterations = iterations_ + settle_steps_;
+  result.iterations = iterations_ + exact_steps_;
   result.residual_n = stiffness_ * glm::length(rest_);
   result.converged = done && result.residual_n <= kResidualN;
   return result;
 }
 
 /// Everything where the proxy would be: offsets, and spring less forces.
-glm::dvec3 ConvexBalance::settled_rest(glm::dvec3 proxy) noexcept {
+glm::dvec3 ConvexBalance::exact_rest(glm::dvec3 proxy) noexcept {
   glm::dvec3 rest = proxy - probe_;
   for (size_t i = 0; i < plane_count_; ++i) {
     Plane& plane = planes_[i];
-    plane.settled_height = glm::dot(plane.q, proxy - plane.position);
-    rest -= plane.settled_force * plane.q;
+    plane.exact_height = glm::dot(plane.q, proxy - plane.position);
+    rest -= plane.exact_force * plane.q;
   }
   for (size_t i = 0; i < line_count_; ++i) {
     Line& line = lines_[i];
     // Twice: far along a line, what rounding leaves of that is not small beside a short offset.
     glm::dvec3 offset = proxy - line.position;
     offset -= line.q * glm::dot(line.q, offset);
-    line.settled_offset = offset - line.q * glm::dot(line.q, offset);
-    const double length = glm::length(line.settled_offset);
+    line.exact_offset = offset - line.q * glm::dot(line.q, offset);
+    const double length = glm::length(line.exact_offset);
     // What slides is pulled back along its offset.
-    if (!line.active && length > 0.0)
-      line.settled_force = line.settled_offset * (-line.reach / length);
-    rest -= line.settled_force;
+    if (!line.active && length > 0.0) line.exact_force = line.exact_offset * (-line.reach / length);
+    rest -= line.exact_force;
   }
   return rest;
 }
@@ -458,10 +470,10 @@ ConvexBalance::SymmetricMatrix ConvexBalance::sliding_curvature() const noexcept
   SymmetricMatrix a{1.0, 0.0, 0.0, 1.0, 0.0, 1.0};
   for (size_t i = 0; i < line_count_; ++i) {
     const Line& line = lines_[i];
-    const double length = glm::length(line.settled_offset);
+    const double length = glm::length(line.exact_offset);
     if (line.active || !(length > 0.0)) continue;
     const double c = line.reach / length;
-    const glm::dvec3 o = line.settled_offset / length, q = line.q;
+    const glm::dvec3 o = line.exact_offset / length, q = line.q;
     a.xx += c * (1 - q.x * q.x - o.x * o.x);
     a.xy -= c * (q.x * q.y + o.x * o.y);
     a.xz -= c * (q.x * q.z + o.x * o.z);
@@ -476,7 +488,7 @@ ConvexBalance::SymmetricMatrix ConvexBalance::sliding_curvature() const noexcept
 bool ConvexBalance::all_can() const noexcept {
   for (size_t i = 0; i < plane_count_; ++i) {
     const Plane& plane = planes_[i];
-    const double height = plane.settled_height, force = plane.settled_force;
+    const double height = plane.exact_height, force = plane.exact_force;
     const bool can = plane.active
                          ? std::abs(height) <= plane.slack && force >= 0.0 && force <= plane.reach
                      : force > 0.0 ? height <= plane.slack
@@ -485,8 +497,8 @@ bool ConvexBalance::all_can() const noexcept {
   }
   for (size_t i = 0; i < line_count_; ++i) {
     const Line& line = lines_[i];
-    const double square = glm::dot(line.settled_offset, line.settled_offset);
-    const double force = glm::dot(line.settled_force, line.settled_force);
+    const double square = glm::dot(line.exact_offset, line.exact_offset);
+    const double force = glm::dot(line.exact_force, line.exact_force);
     const bool can = line.active
                          ? square <= line.slack * line.slack && force <= line.reach * line.reach
                          : square > line.slack * line.slack;
@@ -495,12 +507,14 @@ bool ConvexBalance::all_can() const noexcept {
   return true;
 }
 
-bool ConvexBalance::settle() noexcept {
+bool ConvexBalance::solve_active() noexcept {
   struct ActiveDirection {
     Plane* plane;
     Line* line;
     glm::dvec3 along;
   };
+
+  // The active ones as directions; of more than three only their number matters.
   ActiveSpan span;
   std::array<ActiveDirection, 3> active{};
   bool repeats = false;
@@ -512,11 +526,11 @@ bool ConvexBalance::settle() noexcept {
       repeats = true;
   };
   for (size_t i = 0; i < plane_count_; ++i) {
-    planes_[i].settled_force = planes_[i].force;
+    planes_[i].exact_force = planes_[i].force;
     if (planes_[i].active) hold(&planes_[i], nullptr, planes_[i].q);
   }
   for (size_t i = 0; i < line_count_; ++i) {
-    lines_[i].settled_force = lines_[i].force;
+    lines_[i].exact_force = lines_[i].force;
     if (!lines_[i].active) continue;
     glm::dvec3 axes[3];
     const int count = across(lines_[i].q, axes);
@@ -526,7 +540,7 @@ bool ConvexBalance::settle() noexcept {
   // To where they hold exactly, and along what is left free to where spring and forces balance.
   glm::dvec3 proxy = proxy_ + proxy_low_, rest(0.0);
   for (int step = 0;; ++step) {
-    rest = settled_rest(proxy);
+    rest = exact_rest(proxy);
     const glm::dvec3 free_rest = span.outside(rest);
     // Once there, only round-off is left, and to go on would stir it.
     if (step > 1 && glm::length(free_rest) <= tolerance_) break;
@@ -534,11 +548,11 @@ bool ConvexBalance::settle() noexcept {
     double missing[3] = {};
     for (int k = 0; k < span.count(); ++k) {
       const ActiveDirection& h = active[size_t(k)];
-      missing[k] = h.plane ? -h.plane->settled_height : -glm::dot(h.along, h.line->settled_offset);
+      missing[k] = h.plane ? -h.plane->exact_height : -glm::dot(h.along, h.line->exact_offset);
     }
     const SymmetricMatrix a = span.free_part(sliding_curvature());
     proxy += span.move(missing) - span.outside(solve(a, free_rest));
-    ++settle_steps_;
+    ++exact_steps_;
   }
 
   // The forces that the active ones have to give for that. Where more are active than are
@@ -551,24 +565,27 @@ bool ConvexBalance::settle() noexcept {
     if (repeats && shares_matter_ && !(std::abs(more[k]) * stiffness_ <= 0.1 * kResidualN))
       return false;
     if (h.plane)
-      h.plane->settled_force += more[k];
+      h.plane->exact_force += more[k];
     else
-      h.line->settled_force += more[k] * h.along;
+      h.line->exact_force += more[k] * h.along;
   }
   if (!all_can()) return false;
-  rest = settled_rest(proxy);
+  rest = exact_rest(proxy);
   if (!(glm::length(rest) * stiffness_ <= 0.5 * kResidualN)) return false;
   rest_ = rest;
   proxy_ = proxy;
   proxy_low_ = glm::dvec3(0.0);
-  for (size_t i = 0; i < plane_count_; ++i) planes_[i].force = planes_[i].settled_force;
-  for (size_t i = 0; i < line_count_; ++i) lines_[i].force = lines_[i].settled_force;
+  for (size_t i = 0; i < plane_count_; ++i) planes_[i].force = planes_[i].exact_force;
+  for (size_t i = 0; i < line_count_; ++i) lines_[i].force = lines_[i].exact_force;
   return true;
 }
 
-/// As settle(), with the active set of the last time, from where its forces would take the proxy.
-bool ConvexBalance::settle_as(const BalanceHint::Stage& hint) noexcept {
+/// As solve_active(), with the active set of the last time, from where its forces would take the
+/// proxy.
+bool ConvexBalance::solve_active_of(const BalanceHint::Stage& hint) noexcept {
   if (hint.planes != int(plane_count_) || hint.lines != int(line_count_)) return false;
+
+  // What is there now is kept, in case that the old active set fails.
   const glm::dvec3 before = proxy_;
   std::array<std::pair<double, bool>, PrimitiveSet::kCapacity> planes_before;
   std::array<std::pair<glm::dvec3, bool>, 2 * PrimitiveSet::kCapacity> lines_before;
@@ -588,7 +605,7 @@ bool ConvexBalance::settle_as(const BalanceHint::Stage& hint) noexcept {
     proxy += lines_[i].force;
   }
   proxy_ = proxy;
-  if (settle()) return true;
+  if (solve_active()) return true;
   proxy_ = before;
   for (size_t i = 0; i < plane_count_; ++i)
     std::tie(planes_[i].force, planes_[i].active) = planes_before[i];

@@ -31,8 +31,8 @@ namespace palpate {
 /// whatever the order.
 ///
 /// Most rounds only improve digits of a result whose active set is right already. So after each
-/// round settle() computes the exact solution for the present active set, and it is taken if it
-/// satisfies all constraints.
+/// round solve_active() computes the exact solution for the present active set, and it is taken if
+/// it satisfies all constraints.
 ///
 /// Round-off: offsets and spring are numbers of their own that are only updated, so near the
 /// solution they are small and it is their relative precision that counts. The proxy then is the
@@ -78,7 +78,7 @@ class ConvexBalance {
     double height, step;       // of the proxy; and how it changes along the Newton step
     double force, next_force;  // of the round before; and now
     bool active, would_be_active;
-    double settled_height, settled_force;  // of settle()
+    double exact_height, exact_force;  // of solve_active()
   };
   /// A line; or a point, which is a line without a direction.
   struct Line {
@@ -87,7 +87,7 @@ class ConvexBalance {
     glm::dvec3 offset, step;
     glm::dvec3 force, next_force;
     bool active, would_be_active;
-    glm::dvec3 settled_offset, settled_force;
+    glm::dvec3 exact_offset, exact_force;
   };
   /// Symmetric.
   struct SymmetricMatrix {
@@ -114,10 +114,10 @@ class ConvexBalance {
   /// primitive can give the force that this needs; else nothing is changed. Where more directions
   /// are active than are independent and shares matter, this works only once the rounds have found
   /// the shares.
-  bool settle() noexcept;
-  bool settle_as(const BalanceHint::Stage& hint) noexcept;
+  bool solve_active() noexcept;
+  bool solve_active_of(const BalanceHint::Stage& hint) noexcept;
   void remember(BalanceHint::Stage& hint) const noexcept;
-  glm::dvec3 settled_rest(glm::dvec3 proxy) noexcept;
+  glm::dvec3 exact_rest(glm::dvec3 proxy) noexcept;
   SymmetricMatrix sliding_curvature() const noexcept;
   bool all_can() const noexcept;
   static glm::dvec3 solve(const SymmetricMatrix& a, glm::dvec3 b) noexcept;
@@ -135,7 +135,7 @@ class ConvexBalance {
   glm::dvec3 rest_{0.0};  // gradient: what is left of spring and forces
   SymmetricMatrix curvature_{};
   double tolerance_ = 0.0, farthest_ = 0.0, smallest_ = 0.0;
-  int iterations_ = 0, settle_steps_ = 0;
+  int iterations_ = 0, exact_steps_ = 0;
 };
 
 }  // namespace palpate

@@ -100,7 +100,7 @@ class StillCarrier final : public Carrier {
     const int first = out.set.count();
     mode.mode->place({data, material_, volume_.volume(probe), dt_s, ball ? &*ball : nullptr}, sink);
     tell_surface_values(data, mode.spec, volume_.linear, at_, first, out);
-    report_.unsound |= !data.sound();
+    report_.not_finite |= !data.is_finite();
   }
 
  private:
@@ -149,7 +149,7 @@ class MovingCarrier : public Carrier {
     const auto place_with = [&](const auto& data) {
       mode.mode->place({data, material_, probe_here, dt_s, ball ? &*ball : nullptr}, sink);
       tell_surface_values(data, mode.spec, derivative, at_, first, out);
-      report_.unsound |= !data.sound();
+      report_.not_finite |= !data.is_finite();
     };
     if (const std::optional<int> next = blended_frame())
       place_with(BlendedReader(frame, source_of(mode, data_, *next), mode.spec, place,

@@ -41,7 +41,7 @@ struct CarrierReport {
   int steps = 0;            ///< most of back-tracking
   bool frozen = false;      ///< a point could not be found: the last one is kept
   bool rough = false;       ///< the motion was read where, or near where, q >= 1
-  bool unsound = false;     ///< data were read that are not finite
+  bool not_finite = false;  ///< data were read that are not finite
   double confidence = 1.0;  ///< of the field where the proxy is
 };
 

@@ -285,7 +285,7 @@ Cause Haptics::report(TickOutput& out) const noexcept {
     const CarrierReport& of = run.carrier->report();
     out.residual_m = std::max(out.residual_m, of.residual_m);
     out.newton_steps = std::max(out.newton_steps, uint8_t(std::min(of.steps, 255)));
-    out.frozen |= run.frozen || of.unsound;
+    out.frozen |= run.frozen || of.not_finite;
     confidence = std::min(confidence, of.confidence);
   }
   if (empty_) return Cause::kSceneEmpty;

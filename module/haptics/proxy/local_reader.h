@@ -46,15 +46,15 @@ class PointReader {
                                                      : noted(vector_of(frame_, mode_.vector, x_));
   }
   /// False if something that was read is not finite.
-  bool sound() const noexcept { return sound_; }
+  bool is_finite() const noexcept { return is_finite_; }
 
  private:
   double noted(double v) const noexcept {
-    sound_ = sound_ && std::isfinite(v);
+    is_finite_ = is_finite_ && std::isfinite(v);
     return v;
   }
   glm::dvec3 noted(glm::dvec3 v) const noexcept {
-    sound_ = sound_ && std::isfinite(v.x + v.y + v.z);
+    is_finite_ = is_finite_ && std::isfinite(v.x + v.y + v.z);
     return v;
   }
   const ScalarSample& both() const noexcept {
@@ -67,7 +67,7 @@ class PointReader {
   const ModeSpec& mode_;
   glm::dvec3 x_;
   LastRead& last_;
-  mutable bool sound_ = true;
+  mutable bool is_finite_ = true;
 };
 
 /// Data of one frame, as a mode sees them.
@@ -78,7 +78,7 @@ class StillReader final : public LocalData {
   double scalar() const noexcept override { return here_.scalar(); }
   glm::dvec3 scalar_gradient() const noexcept override { return here_.scalar_gradient(); }
   glm::dvec3 vector() const noexcept override { return here_.vector(); }
-  bool sound() const noexcept { return here_.sound(); }
+  bool is_finite() const noexcept { return here_.is_finite(); }
 
  private:
   PointReader here_;
@@ -110,7 +110,7 @@ class BlendedReader final : public LocalData {
     return (1.0 - phase_) * here_.vector() +
            phase_ * (mode_.vector == VectorProperty::kGradient ? covector(there) : arrow(there));
   }
-  bool sound() const noexcept { return here_.sound() && there_.sound(); }
+  bool is_finite() const noexcept { return here_.is_finite() && there_.is_finite(); }
 
  private:
   glm::dvec3 covector(glm::dvec3 v) const {

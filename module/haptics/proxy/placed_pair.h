@@ -33,10 +33,10 @@ glm::dvec3 bent(const Placed& here, const Placed& there, glm::dvec3 straight, gl
                 double short_m, double stiffness_n_per_m) noexcept;
 
 /// The share of `way` at which the forces of the data, taken as linear from here to there (`share`
-/// of the way), and the spring balance: with forces and spring leaving k ((1 - a) way + a / share
-/// change) at the share a, where that has no part along the way. The way's end was found with the
-/// force at its start. Where a force that grows along the way grows faster than the spring's, the
-/// proxy would jump between both ends for ever. 1 where forces do not push back.
+/// of the way), and the spring balance. At the share a forces and spring leave k ((1 - a) way + a /
+/// share change); they balance where that has no part along the way. The way's end was found with
+/// the force at its start. Where a force that grows along the way grows faster than the spring's,
+/// the proxy would jump between both ends for ever. 1 where forces do not push back.
 double where_forces_balance(const Placed& here, const Placed& there, glm::dvec3 way,
                             double share) noexcept;
 

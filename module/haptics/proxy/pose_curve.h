@@ -22,7 +22,7 @@ PoseRate difference(const Transform& from, const Transform& to);
 glm::dquat quaternion_of(glm::dvec3 rotation);
 glm::dvec3 rotation_of(glm::dquat q);
 
-/// A piece of a C1 path of poses: cubic Hermite in translation and log scale; rotation is
+/// A piece of a C1 path of poses: cubic Hermite in translation and log scale. Rotation is
 /// start * exp(theta(u)) with a cubic theta in rotation vectors whose end derivative is turned back
 /// through the derivative of exp, so that the angular velocity is right at both ends. A rotation
 /// about one axis at constant speed is followed exactly. A value; real-time safe.

@@ -26,7 +26,7 @@ bool same(const Transform& a, const Transform& b) {
 }
 
 /// Unit quaternion on the side of `near`; false if it is no pose.
-bool make_sound(Transform& t, const glm::dquat& near) {
+bool make_valid(Transform& t, const glm::dquat& near) {
   const double squared = glm::dot(t.rotation, t.rotation);
   if (!is_finite(t.translation_m) || !is_finite(t.scale) || !std::isfinite(squared)) return false;
   if (!(squared > 1e-12 && t.scale.x > 0.0 && t.scale.y > 0.0 && t.scale.z > 0.0)) return false;
@@ -42,8 +42,8 @@ glm::dvec3 between(glm::dvec3 before, double h_before, glm::dvec3 after, double 
   const double a = glm::length(before), b = glm::length(after);
   if (a == 0.0 || b == 0.0) return glm::dvec3(0.0);
   glm::dvec3 m = (h_after * before + h_before * after) / (h_before + h_after);
-  const double turn = glm::dot(before, after) / (a * b);
-  const double most = 3.0 * std::min(a, b) * std::min(1.0, 1.0 + turn);
+  const double cosine = glm::dot(before, after) / (a * b);
+  const double most = 3.0 * std::min(a, b) * std::min(1.0, 1.0 + cosine);
   const double length = glm::length(m);
   return length > most ? m * (most / length) : m;
 }
@@ -88,15 +88,15 @@ double FrameIntervals::longest_s() const {
 
 MovingPose::MovingPose(PosePath path, const Transform& start)
     : path_(path), pose_(start), newest_(start), paper_from_(start) {
-  make_sound(newest_, newest_.rotation);
+  make_valid(newest_, newest_.rotation);
   pose_ = paper_from_ = paper_to_ = knots_[0].pose = newest_;
   wanted_delay_s_ = kFirstDelayS;
   room_s_ = 0.2 * kFirstDelayS;
 }
 
 void MovingPose::add(const Transform& pose, int64_t time_ns) noexcept {
-  Transform sound = pose;
-  if ((timed_ && time_ns <= newest_ns_) || !make_sound(sound, newest_.rotation)) return;
+  Transform valid = pose;
+  if ((timed_ && time_ns <= newest_ns_) || !make_valid(valid, newest_.rotation)) return;
   if (path_ == PosePath::kPaper && timed_) intervals_.add(seconds(time_ns - newest_ns_));
   if (path_ == PosePath::kSmooth) {
     if (!timed_) {
@@ -104,9 +104,9 @@ void MovingPose::add(const Transform& pose, int64_t time_ns) noexcept {
       last_seen_s_ = -2.0 * kStallS;
       knots_[0].time_s = play_s_ = last_seen_s_;
     }
-    add_knot(sound, seconds(time_ns - epoch_ns_));
+    add_knot(valid, seconds(time_ns - epoch_ns_));
   }
-  newest_ = sound;
+  newest_ = valid;
   newest_ns_ = time_ns;
   timed_ = fresh_ = true;
 }
@@ -114,6 +114,8 @@ void MovingPose::add(const Transform& pose, int64_t time_ns) noexcept {
 Transform MovingPose::at(int64_t now_ns) noexcept {
   if (asked_ && now_ns <= now_ns_) return pose_;
   const double dt_s = asked_ ? std::min(seconds(now_ns - now_ns_), kLongestStepS) : 0.0;
+
+  // The newest pose, the paper's interpolation, or the smooth curve.
   Transform pose = newest_;
   if (path_ == PosePath::kPaper) {
     if (fresh_) {
@@ -128,6 +130,8 @@ Transform MovingPose::at(int64_t now_ns) noexcept {
     play(seconds(now_ns - epoch_ns_), dt_s);
     if (!resting_) pose = curve_.pose((play_s_ - curve_start_s_) * curve_per_s_);
   }
+
+  // When it last changed, for at_rest().
   if (!same(pose, pose_)) {
     pose_ = pose;
     moved_ns_ = now_ns;
@@ -264,7 +268,7 @@ PoseRate MovingPose::tangent(int knot) const {
           beyond(earlier.log_scale, h_earlier, before.log_scale, h)};
 }
 
-void MovingPose::plan(const Transform& from, PoseRate rate) {
+void MovingPose::bend_to_target(const Transform& from, PoseRate rate) {
   const double duration = knots_[size_t(target_)].time_s - play_s_;
   target_rate_ = tangent(target_);
   curve_ = PoseCurve(from, rate, knots_[size_t(target_)].pose, target_rate_, duration);
@@ -274,7 +278,7 @@ void MovingPose::plan(const Transform& from, PoseRate rate) {
 
 /// New poses came: from the pose and velocity that are shown now to a knot whose tangent is known
 /// better.
-void MovingPose::plan_from_here() {
+void MovingPose::bend_from_here() {
   Transform from = knots_[0].pose;
   PoseRate rate;
   if (resting_) {
@@ -297,7 +301,7 @@ void MovingPose::plan_from_here() {
     rate = speed_ * rate;
     speed_ = 1.0;
   }
-  plan(from, rate);
+  bend_to_target(from, rate);
   drop_passed();
 }
 
@@ -330,9 +334,11 @@ void MovingPose::play(double now_s, double dt_s) {
       newest_ns_ = epoch_ns_ + int64_t(1e9 * now_s);
     }
     learn(now_s);
-    plan_from_here();
+    bend_from_here();
   }
   if (resting_) return;
+
+  // The clock goes on, and with it the curve from knot to knot.
   speed_ = next_speed(now_s, dt_s);
   play_s_ += speed_ * dt_s;
   while (target_ + 1 < knot_count_ && play_s_ >= knots_[size_t(target_)].time_s) {
@@ -340,10 +346,12 @@ void MovingPose::play(double now_s, double dt_s) {
     const Transform from = knots_[size_t(target_)].pose;
     play_s_ = knots_[size_t(target_)].time_s;
     ++target_;
-    plan(from, target_rate_);
+    bend_to_target(from, target_rate_);
     play_s_ = shown;
     drop_passed();
   }
+
+  // At the last known pose it rests.
   const bool last = target_ + 1 == knot_count_;
   const double end_s = knots_[size_t(target_)].time_s;
   if (last && (curve_.is_still() || play_s_ > end_s - kArrivedS)) {

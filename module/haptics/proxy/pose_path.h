@@ -36,8 +36,8 @@ class FrameIntervals {
 /// kSmooth: a C1 path through the poses at their own times, played a little late (delay_s()): by
 /// the longest recent wait for a pose and 40 % more. Constant velocity is followed exactly however
 /// the frame times vary. The delay changes by playing up to 10 % slower, or faster by at most the
-/// half while far behind; where poses stay away, the clock brakes before the last pose, so that it
-/// comes to rest there without overshoot; a pause of the source, and poses that leap, are replayed
+/// half while far behind. Where poses stay away, the clock brakes before the last pose, so that it
+/// comes to rest there without overshoot. A pause of the source, and poses that leap, are replayed
 /// no faster than three times the recent speed, or within 0.25 s.
 ///
 /// kExact: the newest pose, as it is.
@@ -70,8 +70,8 @@ class MovingPose {
   void drop_passed();
   void shift(int knots, double by_s);
   void learn(double now_s);
-  void plan_from_here();
-  void plan(const Transform& from, PoseRate rate);
+  void bend_from_here();
+  void bend_to_target(const Transform& from, PoseRate rate);
   PoseRate tangent(int knot) const;
   double braked(double left_s) const;
   double next_speed(double now_s, double dt_s);

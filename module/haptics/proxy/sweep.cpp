@@ -34,7 +34,7 @@ constexpr double kGivesWay = 0.8;
 constexpr double kMostBack = 0.25;
 // How deep below the value it was met with a surface may be left alone, and how fast it may take
 // the proxy along by its values alone, per frame; in strides.
-constexpr double kSunk = 0.2, kMostSettled = 0.03;
+constexpr double kSunk = 0.2, kMostFollowed = 0.03;
 
 // Where a scene is exchanged no time passes: a damper then holds the proxy.
 constexpr double kShortestDrag_s = 1e-6;
@@ -47,12 +47,15 @@ class Way {
   Sweep go() noexcept {
     Sweep result;
     Placed *here = &run_.scratch[0], *there = &run_.scratch[1], *between = &run_.scratch[2];
+
+    // What holds the proxy where it is, and what the time since the last frame did to it.
     for (size_t c = 0; c < run_.carriers.size(); ++c) starts_[c] = run_.carriers[c].carrier->mark();
     place(*here);
     result.drag_n_s_per_m = here->drag_n_s_per_m;
     if (here->drag_n_s_per_m > 0.0) join_drag(*here);
-    settle(*here);
+    follow_surfaces(*here);
     while (result.pieces < kMostPieces && samples_ < kMostSweepSamples) {
+      // 1. Where the primitives at this place balance, and the way there.
       Balance balance = solve(*here, result);
       measure(balance.proxy);
       if (length_ <= kShort_m) {
@@ -60,19 +63,26 @@ class Way {
         result.proxy = balance.proxy;
         return result;
       }
+
+      // 2. A piece of the way, no longer than the planes can be trusted.
       ++result.pieces;
       mark();
       double share = std::min(1.0, strides_per_piece_ / strides_);
       advance(share, balance.proxy);
       place(*there);
+
+      // 3. A surface was met on the piece: on from where it begins to hold.
       if (const uint32_t met = against(*there) & ~stood_on(*here)) {
         find_contact(met, share, balance.proxy, *there);
         keep_iso_values(*there, met);
         std::swap(here, there);
         continue;
       }
+
+      // 4. The same primitives at both ends: a slide, or a surface that gives way.
       if (alike(*here, *there)) {
         if (!here->set.empty()) {
+          // A surface that gives way early is followed in shorter pieces.
           const double balanced = where_forces_balance(*here, *there, way_, share);
           reset();
           if (balanced < kGivesWay * share) {
@@ -82,6 +92,7 @@ class Way {
             std::swap(here, there);
             continue;
           }
+          // So is one that bends; a slide along the rest goes by the mean of both ends.
           if (strides_per_piece_ > kShortestPiece && bends(*here, *there, stiffness_)) {
             strides_per_piece_ *= 0.5;
             continue;
@@ -95,12 +106,15 @@ class Way {
           balance.proxy = on_surface(*here, *there, share, balance.proxy);
           advance(share, balance.proxy);
         }
+        // The way is at its end.
         if (share == 1.0) {
           result.proxy = balance.proxy;
           return result;
         }
         if (!here->set.empty()) place(*there);
       }
+
+      // 5. The next piece may be longer.
       strides_per_piece_ = std::min(1.0, 2.0 * strides_per_piece_);
       std::swap(here, there);
     }
@@ -256,11 +270,11 @@ class Way {
 
   /// What the time since the last frame did to the surfaces that the proxy rests on: where the
   /// values at its point of the material have grown, the surface that was met has moved out past
-  /// it, and takes it along as soon as it has sunk in by a good part of a voxel. Nothing else would
-  /// ever bring it out again: values fall short here and there as they change, each time it sinks,
-  /// and in the end it is through a surface that never yielded. A surface that yields, or that
-  /// nothing presses on, is not kept to any longer.
-  void settle(Placed& here) noexcept {
+  /// it. It takes the proxy along as soon as it has sunk in by a good part of a voxel. Nothing else
+  /// would ever bring it out again: values fall short here and there as they change, each time it
+  /// sinks, and in the end it is through a surface that never yielded. A surface that yields, or
+  /// that nothing presses on, is not kept to any longer.
+  void follow_surfaces(Placed& here) noexcept {
     uint32_t kept = 0, pressed_on = 0;
     for (size_t m = 0; m < run_.modes.size(); ++m) kept |= uint32_t(run_.modes[m].on_surface) << m;
     if (!kept) return;
@@ -274,7 +288,7 @@ class Way {
                               here.surface_value[i].slope_per_m -
                           glm::dot(way, out);
       const double stride = carrier_of(here.owner[i]).carrier->stride_m();
-      way += out * std::clamp(deep - kSunk * stride, 0.0, kMostSettled * stride);
+      way += out * std::clamp(deep - kSunk * stride, 0.0, kMostFollowed * stride);
     }
     for (size_t m = 0; m < run_.modes.size(); ++m)
       run_.modes[m].on_surface = (kept & pressed_on) >> m & 1u;
@@ -316,12 +330,14 @@ class Way {
   /// inside of where. Regula falsi with the Illinois change, and halving where the strength is a
   /// step.
   void find_contact(uint32_t modes, double share, glm::dvec3 to, Placed& placed) noexcept {
+    // free: shares at which nothing holds yet; inside: at which it does.
     double free = 0.0, inside = share;
     double free_margin = 0.0, inside_margin = margin(placed, modes);
     bool known = false;  // the margin at `free`
     const double way = length_;
     int sides = 0;
     for (int i = 0; i < kMostHalvings && (inside - free) * way > kContact_m; ++i) {
+      // Halving, or the secant while it does not keep to one side.
       double at = 0.5 * (free + inside);
       if (known && sides < 2) {
         const double secant = free + (inside - free) * free_margin / (free_margin - inside_margin);
@@ -332,6 +348,7 @@ class Way {
       reset();
       advance(at, to);
       place(placed);
+      // Which end the new place replaces.
       const double found = margin(placed, modes);
       if (found >= 0.0) {
         sides = inside_side_ ? sides + 1 : 0;

@@ -22,7 +22,7 @@ struct Sweep {
 /// the primitives at its ends (midpoint rule), so that sliding over a curved surface neither digs
 /// in nor lifts off. Drag is an implicit damper, read where the frame begins: with the coefficient
 /// b the proxy x minimizes b/(2 dt) |x - a|^2 beside the spring's k/2 |x - probe|^2 (a: where the
-/// material has taken the proxy), so that without other primitives k (probe - x) = b (x - a)/dt at
+/// material has taken the proxy). So without other primitives k (probe - x) = b (x - a)/dt at
 /// every step size. A carrier whose point can not be found stays where it is. Real-time safe;
 /// after 48 pieces or 96 samples of the data (one per mode and place) the rest of the way is left
 /// to the next frame.

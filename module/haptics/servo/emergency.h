@@ -19,7 +19,7 @@ class ServoLoop;
 /// What can not be caught: kill -9, _exit(), an overflow of the stack in a thread without
 /// sigaltstack (install() gives one to its caller, the servo thread has one), a halt of the whole
 /// process (kill -STOP, a debugger) and a power cut. For kill -9 only another process can act, and
-/// only on the device's side: the system closes the device when the process dies, so a second
+/// only on the device's side. The system closes the device when the process dies, so a second
 /// process that waits for that (a pipe whose writing end the first one holds) may open it and send
 /// zero. A device with a watchdog of its own, as most have, drops the force first.
 namespace palpate::emergency {

@@ -24,7 +24,7 @@ struct PositionSourceOptions {
 /// is drawn is the force that a device would give.
 ///
 /// Its numbers, which the guards take: max_force_n 300, as motors may hold a third of their most
-/// for ever and no scene asks for more than 100 N: the scene's own limit is the one that counts,
+/// for ever and no scene asks for more than 100 N. The scene's own limit is the one that counts,
 /// and nothing that does not exist is said to get hot. max_stiffness 0 (it does not say): a hand
 /// that feels nothing can not hum, so every stiffness is stable. delay 0.
 ///

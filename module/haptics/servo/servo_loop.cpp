@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-void ExchangePlan::add(const DeviceReading& reading, int64_t took_ns) noexcept {
+void ExchangeTimes::add(const DeviceReading& reading, int64_t took_ns) noexcept {
   // A missing device answers at once, which says nothing about its real round trip.
   if (reading.fault != DeviceFault::kNone) {
     seen_ = short_ = 0;
@@ -27,7 +27,7 @@ ServoLoop::ServoLoop(ForceDevice& device, Ticker& ticker, ServoClock& clock, Ser
       ports_(ports),
       options_(options),
       listeners_(listeners),
-      plan_(options.exchanges, options.period_ns) {}
+      exchange_times_(options.exchanges, options.period_ns) {}
 
 bool ServoLoop::run_period() noexcept {
   if (!started_) deadline_ns_ = clock_.now_ns() + options_.period_ns;
@@ -43,7 +43,7 @@ bool ServoLoop::run_period() noexcept {
   const int64_t ticked_ns = clock_.now_ns();
   tick_ns_ = ticked_ns - now_ns;
   guard(output.command, ticked_ns);
-  have_second_ = plan_.twice();
+  have_second_ = exchange_times_.twice();
   if (have_second_) second_ = exchange();
 
   const bool over = is_over();
@@ -75,7 +75,7 @@ void ServoLoop::note_end(int64_t woke_ns, int64_t end_ns) noexcept {
   ServoStatistics& statistics = ports_.statistics;
   statistics.tick.add(tick_ns_);
   statistics.work.add(end_ns - woke_ns);
-  statistics.twice.store(plan_.twice(), std::memory_order_relaxed);
+  statistics.twice.store(exchange_times_.twice(), std::memory_order_relaxed);
   count_up(statistics.ticks);
   deadline_ns_ += options_.period_ns;
   if (deadline_ns_ - end_ns > options_.period_ns) {
@@ -95,7 +95,7 @@ DeviceReading ServoLoop::exchange() noexcept {
   in_device_.store(false);
   const int64_t took_ns = clock_.now_ns() - from_ns;
   ports_.statistics.device.add(took_ns);
-  plan_.add(reading, took_ns);
+  exchange_times_.add(reading, took_ns);
   device_ns_ = std::max(device_ns_, took_ns);
   zeros_ = command_.force_n == glm::dvec3(0.0) ? zeros_ + 1 : 0;
   return reading;

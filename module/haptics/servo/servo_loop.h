@@ -34,9 +34,9 @@ struct LoopOptions {
 };
 
 /// Whether a second exchange fits into the period: see Exchanges. Real-time safe.
-class ExchangePlan {
+class ExchangeTimes {
  public:
-  ExchangePlan(Exchanges wanted, int64_t period_ns)
+  ExchangeTimes(Exchanges wanted, int64_t period_ns)
       : wanted_(wanted), limit_ns_(period_ns * 2 / 5) {}
   void add(const DeviceReading& reading, int64_t took_ns) noexcept;
   bool twice() const noexcept {
@@ -110,7 +110,7 @@ class ServoLoop {
   ServoPorts& ports_;
   LoopOptions options_;
   TickListeners listeners_;
-  ExchangePlan plan_;
+  ExchangeTimes exchange_times_;
 
   DeviceCommand command_;  ///< what the device has, or gets next
   DeviceReading second_;   ///< the answer to the second exchange

@@ -21,7 +21,7 @@ inline double largest_of(glm::dvec3 v) {
 /// The KKT residual at a proxy, computed without the solver, in N: the shortest sum of the spring
 /// and of forces that the primitives can give at this place. A place has round-off, and the force
 /// of a primitive jumps at the primitive. So each primitive may give the force of any place within
-/// 16 units in the last place of the coordinates: a plane that of both sides, a line or point any
+/// 16 units in the last place of the coordinates. A plane that of both sides, a line or point any
 /// force if it is that near, else a force turned by the angle of this round-off as seen from the
 /// proxy. The result is an upper bound that falls towards the true value with more iterations; they
 /// end below enough_n. Planes with friction are taken without friction.

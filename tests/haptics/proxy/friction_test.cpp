@@ -87,7 +87,7 @@ TEST(Friction, SticksBelowCoulombsConeAndSlipsOnItOnAPlane) {
 
 TEST(Friction, HoldsAndLetsGoOnASphereAsTheClosedFormSays) {
   // The hand moves on a circle of r < R. The proxy sticks until the spring leaves the friction cone
-  // at the contact; then the proxy follows behind by a fixed angle a: its normal force is k (R - r
+  // at the contact. Then the proxy follows behind by a fixed angle a: its normal force is k (R - r
   // cos a), its tangent force k r sin a = mu N.
   const double radius = 0.025, r = 0.022;
   for (const Made made : {Made::kAnalytic, Made::kSampled}) {

@@ -34,9 +34,9 @@ std::vector<CaseSource> known_cases(const std::filesystem::path& data);
 
 /// Pairs of large motion, made of one image of each of the kit's anatomies and of the lung. The
 /// material moves mostly along one axis, by the number of voxels of the finest axis at the end of
-/// the name: less and less towards one end and the sides ("fading"), or as a cylinder in still
-/// material ("sliding", whose border is scored separately). Noise and gain differ between pairs.
-/// Folders of `data` that are missing give no pairs.
+/// the name. It moves less and less towards one end and the sides ("fading"), or as a cylinder in
+/// still material ("sliding", whose border is scored separately). Noise and gain differ between
+/// pairs. Folders of `data` that are missing give no pairs.
 std::vector<CaseSource> large_motion_cases(const std::filesystem::path& data);
 
 /// The kit's pairs and the lung in other sizes, 22 to 256 voxels along a side, and shells of fine

@@ -1,7 +1,7 @@
 // How accurate settings of the motion engine are on data that were not used to choose them: every
-// pair with known motion (kit, lung, synthetic), every preset and every candidate setting; and for
-// each anatomy the result of a choice between the candidates that was made on all others. The same
-// again for pairs of large motion. ITK's Demons for comparison, chosen in the same way.
+// pair with known motion (kit, lung, synthetic), every preset and every candidate setting. Then,
+// for each anatomy the result of a choice between the candidates that was made on all others. The
+// same again for pairs of large motion. ITK's Demons for comparison, chosen in the same way.
 #include <fmt/format.h>
 
 #include <cmath>

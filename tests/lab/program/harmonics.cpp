@@ -175,6 +175,47 @@ std::optional<HarmonicsCase> cine(const fs::path& shared, size_t every) {
   return one;
 }
 
+/// What the harmonics leave of the motion, weighted root mean squares.
+struct Misfit {
+  double left_mm = 0.0;
+  double left_out_mm = 0.0;  ///< of each frame by a fit to the others
+};
+
+Misfit misfit_of(const SequenceMotion& motion, const std::vector<Field>& at_frame,
+                 const std::vector<Confidence>& confidence) {
+  Misfit misfit;
+  size_t count = 0;
+  const double own = double(2 * motion.basis.harmonics + 1) / double(at_frame.size());
+  for (size_t k = 0; k < at_frame.size(); ++k) {
+    const Field fit = motion.at_frame(k);
+    for (size_t n = 0; n < fit.u_mm.size(); ++n) {
+      const double w = confidence[k].values[n];
+      const double d = glm::distance(fit.u_mm[n], at_frame[k].u_mm[n]);
+      misfit.left_mm += w * d * d;
+      misfit.left_out_mm += w * d * d / ((1.0 - own) * (1.0 - own));
+      ++count;
+    }
+  }
+  misfit.left_mm = std::sqrt(misfit.left_mm / double(count));
+  misfit.left_out_mm = std::sqrt(misfit.left_out_mm / double(count));
+  return misfit;
+}
+
+/// Root mean square of the second difference in time, mm.
+double acceleration_of(const SequenceMotion& motion) {
+  double acceleration = 0.0;
+  size_t count = 0;
+  const size_t frames = motion.frames();
+  for (size_t k = 0; k < frames; ++k) {
+    const Field before = motion.at_frame((k + frames - 1) % frames), now = motion.at_frame(k),
+                after = motion.at_frame((k + 1) % frames);
+    for (size_t n = 0; n < now.u_mm.size(); ++n, ++count)
+      acceleration +=
+          std::pow(double(glm::length(before.u_mm[n] - 2.0F * now.u_mm[n] + after.u_mm[n])), 2.0);
+  }
+  return std::sqrt(acceleration / double(count));
+}
+
 report::Table measure(const std::shared_ptr<vulkan::Context>& context, const HarmonicsCase& one,
                       bool cyclic) {
   SequenceMotionOptions options;
@@ -205,39 +246,16 @@ report::Table measure(const std::shared_ptr<vulkan::Context>& context, const Har
   for (size_t k = 0; k < plain->frames(); ++k) at_frame.push_back(plain->at_frame(k));
   for (size_t h = 0; h < report.unsteadiness.size(); ++h) {
     SequenceMotion motion = *plain;
-    double left_out_mm = 0.0, left_mm = 0.0;
+    Misfit misfit;
     if (h > 0) {
       motion.basis.harmonics = int(h);
       motion.terms = harmonics_of(at_frame, motion.basis);
-      size_t count = 0;
-      const double own = double(2 * h + 1) / double(at_frame.size());
-      for (size_t k = 0; k < at_frame.size(); ++k) {
-        const Field fit = motion.at_frame(k);
-        for (size_t n = 0; n < fit.u_mm.size(); ++n) {
-          const double w = report.confidence[k].values[n];
-          const double d = glm::distance(fit.u_mm[n], at_frame[k].u_mm[n]);
-          left_mm += w * d * d;
-          left_out_mm += w * d * d / ((1.0 - own) * (1.0 - own));
-          ++count;
-        }
-      }
-      left_mm = std::sqrt(left_mm / double(count));
-      left_out_mm = std::sqrt(left_out_mm / double(count));
-    }
-    double acceleration = 0.0;
-    size_t count = 0;
-    const size_t frames = motion.frames();
-    for (size_t k = 0; k < frames; ++k) {
-      const Field before = motion.at_frame((k + frames - 1) % frames), now = motion.at_frame(k),
-                  after = motion.at_frame((k + 1) % frames);
-      for (size_t n = 0; n < now.u_mm.size(); ++n, ++count)
-        acceleration +=
-            std::pow(double(glm::length(before.u_mm[n] - 2.0F * now.u_mm[n] + after.u_mm[n])), 2.0);
+      misfit = misfit_of(motion, at_frame, report.confidence);
     }
     table.rows.push_back({number(double(h), 0),
                           number(report.unsteadiness[h] / report.unsteadiness[0], 4),
-                          number(one.error(motion), 4), number(left_mm, 4), number(left_out_mm, 4),
-                          number(std::sqrt(acceleration / double(count)), 3),
+                          number(one.error(motion), 4), number(misfit.left_mm, 4),
+                          number(misfit.left_out_mm, 4), number(acceleration_of(motion), 3),
                           words(int(h) == chosen->basis.harmonics ? "chosen" : "")});
   }
   return table;

@@ -1,4 +1,4 @@
-// The accuracy of one motion for a whole sequence, compared with chained consecutive fields: on the
+// The accuracy of one motion for a whole sequence, compared with chained consecutive fields. On the
 // breathing CT, with the known motion of 400 points over all ordered pairs of frames; on the
 // beating heart, by the Dice overlap of the left ventricle's labels, carried from every frame to
 // every other. Both: drift over the cycle, folds at the frames and between them.

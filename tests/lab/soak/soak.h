@@ -15,9 +15,9 @@ namespace palpate::vulkan {
 class Context;
 }
 
-/// The main task for a given time, with all kinds of faults: the real servo thread and clock, the
-/// haptic step with all its guards, a simulated hand on a beating heart, scenes and fields
-/// exchanged while it runs, and a device that fails at random.
+/// The main task for a given time, with all kinds of faults. It has the real servo thread and
+/// clock, the haptic step with all its guards, a simulated hand on a beating heart, scenes and
+/// fields exchanged while it runs, and a device that fails at random.
 namespace palpate::soak {
 
 struct Options {

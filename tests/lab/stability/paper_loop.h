@@ -8,9 +8,9 @@
 namespace palpate::stability {
 
 /// The paper's haptic frame, built from the same parts: transforms by its (17) to (21) and
-/// back-tracking by its fixed point, both if the scene selects them; primitives at the proxy of the
-/// last frame; one solve; and the proxy moves to the result at once. It has none of palpate's
-/// additions: no sweep, no tank, no guards.
+/// back-tracking by its fixed point, both if the scene selects them. Then primitives at the proxy
+/// of the last frame; one solve; and the proxy moves to the result at once. It has none of
+/// palpate's additions: no sweep, no tank, no guards.
 class PaperLoop {
  public:
   explicit PaperLoop(std::shared_ptr<const Scene> scene) : run_(std::move(scene)) {}

@@ -58,11 +58,12 @@ struct StabilityResult {
 };
 
 /// The criterion of a limit cycle: a swing of more than two counts (1 um for an exact encoder,
-/// added) after the time in which the loop without rounding decays from the impact to a quarter of
-/// a count, and 1.5 e-foldings and 30 % more. Why two: for a motion with an amplitude below one
-/// count the encoder is a relay, whose gain for small motions is unbounded. So without dry friction
-/// any spring on any encoder oscillates there, whatever its stiffness. From an amplitude of one
-/// count on the gain is at most 1.12, and a remaining oscillation is caused by the loop.
+/// added). It counts after the time in which the loop without rounding decays from the impact to a
+/// quarter of a count, and 1.5 e-foldings and 30 % more. Why two: for a motion with an amplitude
+/// below one count the encoder is a relay, whose gain for small motions is unbounded. So without
+/// dry friction any spring on any encoder oscillates there, whatever its stiffness. From an
+/// amplitude of one count on the gain is at most 1.12, and a remaining oscillation is caused by the
+/// loop.
 StabilityResult run_stability(const StabilityCase& at, const WallLoop& loop);
 inline StabilityResult run_stability(const StabilityCase& at, double lead_share) {
   return run_stability(at, WallLoop{lead_share, {}, {}});

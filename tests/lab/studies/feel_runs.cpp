@@ -204,14 +204,14 @@ double hearts_us(int volumes, int modes_of_each, Moves moves, int ticks) {
 namespace {
 
 /// Seeded places within the moving wall of the heart, and the motion map for them.
-struct TurnPlaces {
+struct InversionPlaces {
   std::shared_ptr<const MotionMap> map;
   std::vector<glm::dvec3> targets;
 };
 
-TurnPlaces turn_places(int count) {
+InversionPlaces inversion_places(int count) {
   static const auto map = MotionMap::of(shell_truth(heart_grid(128), 0, 1));
-  TurnPlaces places{map, {}};
+  InversionPlaces places{map, {}};
   Random random(7);
   for (int n = 0; n < count; ++n) {
     const double radius_m = random.draw(0.015, 0.05);
@@ -223,8 +223,8 @@ TurnPlaces turn_places(int count) {
 // Late in a step the motion is large and hardest to invert.
 constexpr double kPhase = 0.9;
 
-template <class Turn>
-TurnMeasure turn_measure(const TurnPlaces& places, const Turn& turn) {
+template <class Inversion>
+InversionMeasure inversion_measure(const InversionPlaces& places, const Inversion& invert) {
   std::vector<double> us;
   double squares = 0.0, steps = 0.0;
   constexpr int kBatches = 9;
@@ -232,7 +232,7 @@ TurnMeasure turn_measure(const TurnPlaces& places, const Turn& turn) {
     squares = steps = 0.0;
     const int64_t begin = steady_ns();
     for (const glm::dvec3& target : places.targets) {
-      const auto [x, taken] = turn(target);
+      const auto [x, taken] = invert(target);
       const glm::dvec3 left = x + kPhase * places.map->sample(x).u_m - target;
       squares += glm::dot(left, left);
       steps += taken;
@@ -245,18 +245,18 @@ TurnMeasure turn_measure(const TurnPlaces& places, const Turn& turn) {
 
 }  // namespace
 
-TurnMeasure picard_turn(int steps, int count) {
-  const TurnPlaces places = turn_places(count);
-  return turn_measure(places, [&](glm::dvec3 target) {
+InversionMeasure picard_inversion(int steps, int count) {
+  const InversionPlaces places = inversion_places(count);
+  return inversion_measure(places, [&](glm::dvec3 target) {
     glm::dvec3 x = target;
     for (int n = 0; n < steps; ++n) x = target - kPhase * places.map->sample(x).u_m;
     return std::pair(x, steps);
   });
 }
 
-TurnMeasure newton_turn(int count) {
-  const TurnPlaces places = turn_places(count);
-  return turn_measure(places, [&](glm::dvec3 target) {
+InversionMeasure newton_inversion(int count) {
+  const InversionPlaces places = inversion_places(count);
+  return inversion_measure(places, [&](glm::dvec3 target) {
     const BackTrack found = back_track(*places.map, kPhase, target, target);
     return std::pair(found.x_m, found.steps);
   });

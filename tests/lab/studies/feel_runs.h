@@ -40,15 +40,15 @@ FeelMeasure feel(const FeelSetting& setting, int strokes);
 double hearts_us(int volumes, int modes_of_each, Moves moves, int ticks);
 
 /// The residual of inverting a motion by a number of steps, mean over places in the heart's field.
-struct TurnMeasure {
+struct InversionMeasure {
   int steps = 0;
   double residual_um = 0.0;  ///< root mean square
   /// Of one inversion, median of batches.
   double time_us = 0.0;
 };
 /// The paper's fixed point (27) with a number of steps.
-TurnMeasure picard_turn(int steps, int places);
+InversionMeasure picard_inversion(int steps, int places);
 /// palpate's Newton method; steps is the mean number that it needed, rounded.
-TurnMeasure newton_turn(int places);
+InversionMeasure newton_inversion(int places);
 
 }  // namespace palpate::studies

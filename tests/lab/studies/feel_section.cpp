@@ -97,10 +97,10 @@ Result<report::Part> force_figure(const FeelMeasures& all) {
       settings_table(all)});
 }
 
-Result<report::Part> turn_figure(const FeelMeasures& all) {
+Result<report::Part> inversion_figure(const FeelMeasures& all) {
   report::Chart chart;
   chart.title = "Inverting the motion: fixed point against Newton";
-  chart.x = {"One turn (us)", true, {}, {}};
+  chart.x = {"One inversion (us)", true, {}, {}};
   // Below a femtometre it is rounding.
   chart.y = {"What is left, root mean square (um)", true, 1e-9, {}};
   Series picard{"the paper's fixed point, by steps", {}, report::Line::kStraight, Mark::kCircle, 1};
@@ -109,17 +109,17 @@ Result<report::Part> turn_figure(const FeelMeasures& all) {
       "",
       {{"method", "method"}, {"steps", "steps"}, {"time_us", "us"}, {"left_um", "left, um"}},
       {}};
-  const auto add = [&](Series& series, const char* method, const TurnMeasure& m) {
+  const auto add = [&](Series& series, const char* method, const InversionMeasure& m) {
     series.points.push_back({m.time_us, m.residual_um,
                              fmt::format("{} step{}", m.steps, m.steps == 1 ? "" : "s"), true});
     table.rows.push_back(
         {words(method), number(m.steps, 0), number(m.time_us, 3), number(m.residual_um, 6)});
   };
-  for (const TurnMeasure& m : all.picard) add(picard, "fixed point", m);
+  for (const InversionMeasure& m : all.picard) add(picard, "fixed point", m);
   Series newton{"palpate's Newton", {}, {}, Mark::kSquare, 0};
   add(newton, "Newton", all.newton);
   chart.series = {picard, newton};
-  auto svg = drawn(chart, "feelturn");
+  auto svg = drawn(chart, "feelinversion");
   if (!svg) return svg.error();
   return report::Part(report::Figure{
       chart.title, std::move(*svg),
@@ -169,8 +169,8 @@ FeelMeasures measure_feel(const StudyRun& run) {
   }
   run.tell(0.6, "feel: inverting the motion");
   for (const int steps : {1, 2, 4, 8, 16, 32})
-    if (more()) all.picard.push_back(picard_turn(steps, places));
-  all.newton = newton_turn(places);
+    if (more()) all.picard.push_back(picard_inversion(steps, places));
+  all.newton = newton_inversion(places);
   for (const int volumes : {1, 2, 4}) {
     for (const int modes : {1, 2, 4, 8}) {
       if (!more() || modes % volumes != 0) continue;
@@ -224,7 +224,7 @@ std::vector<std::string> feel_sentences(const FeelMeasures& all) {
   }
   if (!all.picard.empty() && all.newton.time_us > 0.0) {
     const auto as_good =
-        std::find_if(all.picard.begin(), all.picard.end(), [&](const TurnMeasure& m) {
+        std::find_if(all.picard.begin(), all.picard.end(), [&](const InversionMeasure& m) {
           return m.residual_um <= std::max(all.newton.residual_um, 0.001);
         });
     sentences.push_back(
@@ -254,7 +254,7 @@ Result<report::Section> feel_section(const FeelMeasures& all) {
   report::Section section{"feel", "Feel: microseconds against force error", "", {}};
   for (const std::string& sentence : feel_sentences(all))
     section.answer += (section.answer.empty() ? "" : " ") + sentence;
-  for (const auto& make : {force_figure, turn_figure, load_figure}) {
+  for (const auto& make : {force_figure, inversion_figure, load_figure}) {
     auto part = make(all);
     if (!part) return part.error();
     section.parts.push_back(std::move(*part));

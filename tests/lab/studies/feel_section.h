@@ -9,8 +9,8 @@ namespace palpate::studies {
 /// All that the feel study measured.
 struct FeelMeasures {
   std::vector<FeelMeasure> settings;
-  std::vector<TurnMeasure> picard;
-  TurnMeasure newton;
+  std::vector<InversionMeasure> picard;
+  InversionMeasure newton;
   struct Load {
     int volumes = 1, modes = 1;
     double median_us = 0.0;

@@ -203,7 +203,7 @@ Scalars confidence(const Samples<NormalEquations>& equations, const Vectors& fie
                    const Samples<NormalEquations>* coarser, const Judging& with);
 
 /// Per cell the smallest det(I + grad u) at any of the 8 corners of the unit cubes of voxels whose
-/// lowest voxel is in the cell, with the cube's three edges at the corner as differences; and at
+/// lowest voxel is in the cell, with the cube's three edges at the corner as differences. And at
 /// the cell's middle the same with cubes of cells; 1 where there is no cube. Along an axis of one
 /// voxel u is constant. The cell folds if the determinant is at most the limit.
 Scalars folds(const Vectors& field, glm::ivec3 cell, glm::ivec3 image_size, glm::dvec3 spacing_mm);
@@ -229,7 +229,7 @@ Vectors upsample_cubic(const Vectors& from, glm::ivec3 to_cells, glm::dvec3 scal
 glm::ivec3 candidate_offset(int candidate, glm::ivec3 step);
 
 /// Per cell the means of F, M(x + u), F^2 and F M(x + u) over every second voxel along each axis,
-/// beginning with the cell's second one (or its only one); M = F where the partner is more than
+/// beginning with the cell's second one (or its only one). M = F where the partner is more than
 /// half a voxel outside or the packed texel is marked as outside the mask.
 Texels sliding_moments(const Scalars& fixed, const Scalars& moving, const Texels& packed,
                        const Vectors& field, glm::ivec3 cell, glm::dvec3 spacing_mm);

@@ -52,7 +52,7 @@ struct ItkRate {
 };
 
 /// Runs `iterations` (at least 3) of plain Demons on a cube of size^3 voxels of 1 mm of synthetic
-/// data, a blob that moves by two voxels in textured surroundings, and times them from the end of
+/// data, a blob that moves by two voxels in textured surroundings. It times them from the end of
 /// the first iteration to the end of the last one.
 Result<ItkRate> itk_demons_rate(int size, int iterations, double sigma_voxels, int threads);
 

@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 
 /// Sends measures of the shown page to the window around it: whether it is dark, by how many pixels
 /// it is wider than its window, the smallest contrast of a text with its background (WCAG 2: 4.5 is
-/// readable for most), the smallest letters of a plot in pixels, and the smallest contrast of a
-/// plot's curves and marks (3 is required).
+/// readable for most). Then the smallest letters of a plot in pixels, and the smallest contrast of
+/// a plot's curves and marks (3 is required).
 constexpr const char* kMeasure = R"js(<script>//<![CDATA[
 addEventListener('load', () => {
   const rgb = (text) => (text.match(/[\d.]+/g) || [0, 0, 0]).map(Number);

@@ -271,13 +271,13 @@ TEST(FeelStudy, FindsTheForceOfAStillSphere) {
 TEST(FeelStudy, TurnsTheMotionAroundBetterWithMoreSteps) {
   double last = INFINITY;
   for (const int steps : {1, 2, 4, 8}) {
-    const TurnMeasure m = picard_turn(steps, 500);
+    const InversionMeasure m = picard_inversion(steps, 500);
     EXPECT_EQ(m.steps, steps);
     // The contraction of the heart's field is below 0.7 everywhere (`palpate plan heart`).
     EXPECT_LT(m.residual_um, last * std::pow(0.7, steps > 1 ? steps / 2 : 0));
     last = m.residual_um;
   }
-  EXPECT_LT(newton_turn(500).residual_um, 0.01);
+  EXPECT_LT(newton_inversion(500).residual_um, 0.01);
 }
 
 }  // namespace
