@@ -362,6 +362,7 @@ void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, doubl
 
 ViewScene ScenePicture::at(const SceneSnapshot& snapshot, int64_t display_ns, const Eye& eye) {
   ViewScene scene;
+  if (!choices_.background) scene.background_top = scene.background_bottom = glm::dvec3(0.0);
   const double ahead_s =
       std::clamp(double(display_ns - snapshot.now_ns) * 1e-9, 0.0, kLongestPrediction_s);
   for (size_t v = 0; v < volumes_.size(); ++v) {

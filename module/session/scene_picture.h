@@ -28,8 +28,9 @@ struct ViewChoices {
   bool box = true;                 ///< edges of the data, and letters for the patient's sides
   bool slices = true;              ///< three slices beside the picture, where there is room
   glm::dvec3 slices_moved_m{0.0};  ///< without a hand: their place from the middle, world
-  bool cut_open = false;  ///< cut away what lies between the eye and the place that is touched
-  bool hand = true;       ///< draw pen, proxy and force; false: viewing only
+  bool cut_open = false;   ///< cut away what lies between the eye and the place that is touched
+  bool hand = true;        ///< draw pen, proxy and force; false: viewing only
+  bool background = true;  ///< false: black, so that colours are those of the volumes alone
   /// The probe is a bare fingertip without force feedback: instead of a pen a ball is drawn. Its
   /// colour shows whether it touches and, up to full_force_n, how hard; in contact it stays at the
   /// surface.

@@ -56,7 +56,7 @@ Variant Variant::made_of(GDExtensionVariantType type, Arguments arguments) {
 }
 
 std::string Variant::text() const {
-  const EngineText text("");
+  const EngineText text;
   engine.variant_stringify(content_, text.get());
   std::string copy(size_t(engine.string_to_utf8_chars(text.get(), nullptr, 0)), '\0');
   engine.string_to_utf8_chars(text.get(), copy.data(), GDExtensionInt(copy.size()));

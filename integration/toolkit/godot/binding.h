@@ -29,7 +29,7 @@ namespace palpate::godot {
   X(StringNewWithUtf8CharsAndLen, string_new_with_utf8_chars_and_len)                            \
   X(StringToUtf8Chars, string_to_utf8_chars)                                                     \
   X(StringNameNewWithUtf8Chars, string_name_new_with_utf8_chars)                                 \
-  X(PackedByteArrayOperatorIndex, packed_byte_array_operator_index)                              \
+  X(ImagePtrw, image_ptrw)                                                                       \
   X(GlobalGetSingleton, global_get_singleton)                                                    \
   X(ObjectSetInstance, object_set_instance)                                                      \
   X(ClassdbConstructObject2, classdb_construct_object2)                                          \
@@ -73,6 +73,7 @@ class EngineName {
 /// A String of the engine.
 class EngineText {
  public:
+  EngineText() = default;  ///< empty, as the engine takes a place for a result
   explicit EngineText(std::string_view text) {
     engine.string_new_with_utf8_chars_and_len(&content_, text.data(), GDExtensionInt(text.size()));
   }
@@ -88,9 +89,6 @@ class EngineText {
 // Values of the engine, in its memory layout (real_t is float).
 struct EngineVector {
   float x = 0.0F, y = 0.0F, z = 0.0F;
-};
-struct EngineSize {
-  int32_t x = 0, y = 0;
 };
 struct EngineTransform {
   float rows[3][3] = {{1.0F, 0.0F, 0.0F}, {0.0F, 1.0F, 0.0F}, {0.0F, 0.0F, 1.0F}};
@@ -110,8 +108,6 @@ template <>
 constexpr GDExtensionVariantType kTypeOf<double> = GDEXTENSION_VARIANT_TYPE_FLOAT;
 template <>
 constexpr GDExtensionVariantType kTypeOf<EngineVector> = GDEXTENSION_VARIANT_TYPE_VECTOR3;
-template <>
-constexpr GDExtensionVariantType kTypeOf<EngineSize> = GDEXTENSION_VARIANT_TYPE_VECTOR2I;
 template <>
 constexpr GDExtensionVariantType kTypeOf<EngineTransform> = GDEXTENSION_VARIANT_TYPE_TRANSFORM3D;
 template <>

@@ -59,6 +59,7 @@ class SceneNode final : public EngineNode {
   void open();
   void close();
   PalSession* session() const { return opened_.session; }
+  const PalScene* scene() const { return opened_.scene; }
   /// Of the newest haptic frame; null: there was none.
   const PalState* state() const { return has_state_ ? &state_ : nullptr; }
   /// Godot's world from palpate's.
@@ -133,6 +134,37 @@ class HandNode final : public EngineNode {
   EngineVector force_n_, proxy_;
   bool is_touching_ = false;
   std::string cause_;
+};
+
+/// PalpateVolume: the picture of the scene above, drawn by palpate for the camera of this node's
+/// viewport and laid over what the engine draws, by depth.
+class VolumeNode final : public EngineNode {
+ public:
+  ~VolumeNode() override;
+  static const ClassRow& class_row();
+  void notified(int what) override;
+  Variant get(size_t property) const override;
+  void set(size_t property, const Variant& value) override;
+
+ private:
+  void open(uint32_t width, uint32_t height);
+  void close();
+  void make_screen();
+  void find_box(HandPoint& low, HandPoint& high) const;
+  void add_camera(const HandPoint& low, const HandPoint& high);
+  void draw(const Variant& camera);
+  void fail(const std::string& sentence);
+  void process();
+
+  Variant look_ = "auto", draws_hand_ = true, draws_box_ = true, cut_open_ = false;
+  Variant resolution_ = 1.0;
+  SceneNode* scene_ = nullptr;
+  PalSession* of_session_ = nullptr;  ///< which the view shows
+  PalView* view_ = nullptr;
+  std::future<std::string> opening_;
+  bool has_failed_ = false, is_shown_ = false;
+  uint32_t width_ = 0, height_ = 0;
+  Variant colour_image_, depth_image_, colours_, depths_, material_, screen_;
 };
 
 }  // namespace palpate::godot

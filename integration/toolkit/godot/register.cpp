@@ -8,10 +8,12 @@ void initialise(void*, GDExtensionInitializationLevel level) {
   if (level != GDEXTENSION_INITIALIZATION_SCENE) return;
   register_class(SceneNode::class_row());
   register_class(HandNode::class_row());
+  register_class(VolumeNode::class_row());
 }
 
 void end(void*, GDExtensionInitializationLevel level) {
   if (level != GDEXTENSION_INITIALIZATION_SCENE) return;
+  unregister_class(VolumeNode::class_row());
   unregister_class(HandNode::class_row());
   unregister_class(SceneNode::class_row());
 }

@@ -54,10 +54,15 @@ class Host:
         (self.project / ".godot").mkdir()
         (self.project / ".godot/extension_list.cfg").write_text("res://addons/palpate/palpate.gdextension\n")
 
+    def keep(self, name):
+        """A file; in the folder PALPATE_GODOT_KEEPS, to be looked at after the tests."""
+        return Path(os.environ.get("PALPATE_GODOT_KEEPS") or self.folder).resolve() / name
+
     def run(self, *arguments, headless=True):
         """Runs the engine; the result that the script printed, and all text."""
-        options = ["--headless"] if headless else []
-        done = subprocess.run([str(part) for part in [*self.command, *options, "--path", self.project, *arguments]], env=self.environment, text=True,
+        display = [] if headless else ["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24"]
+        options = ["--headless"] if headless else ["--rendering-driver", "vulkan", "--audio-driver", "Dummy", "--resolution", "384x384"]
+        done = subprocess.run([str(part) for part in [*display, *self.command, *options, "--path", self.project, *arguments]], env=self.environment, text=True,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120)
         assert done.returncode == 0, f"The engine ended with {done.returncode}:\n{done.stdout}"
         assert "ERROR" not in done.stdout, done.stdout
@@ -80,6 +85,19 @@ def test_forces(host):
     assert "starting" in said["causes"] and said["causes"][-1] == "", said
     replayed = output(build / "palpate", "feel", "shell", "--replay", of_nodes)
     assert "every output is the recorded one, bit by bit" in replayed, replayed
+
+
+def test_pictures(host):
+    """The engine's picture is the program's, and the engine's own surfaces hide what is behind them."""
+    of_program = host.folder / "program.png"
+    output(build / "palpate", "view", "heart", "--picture", of_program, "--no-slices", "--picture-size", "384", "--quiet")
+    said, text = host.run("--script", "pictures.gd", "--", of_program, *map(host.keep, ("alone.png", "before.png", "behind.png")), "heart", headless=False)
+    assert "failed" not in said and said["peak_snr"] > 40, said
+    blue = 0x0000FF
+    with_cube, alone = said["before"]
+    assert with_cube == blue and alone != blue, said
+    with_cube, alone = said["behind"]
+    assert with_cube == alone, said
 
 
 tests = {name[len("test_"):]: function for name, function in dict(globals()).items() if name.startswith("test_")}
