@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 source, build = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
@@ -54,6 +55,9 @@ class Host:
         (self.project / ".godot").mkdir()
         (self.project / ".godot/extension_list.cfg").write_text("res://addons/palpate/palpate.gdextension\n")
 
+    def start(self, *arguments):
+        return subprocess.Popen([str(part) for part in [*self.command, "--headless", "--path", self.project, *arguments]], env=self.environment)
+
     def keep(self, name):
         """A file; in the folder PALPATE_GODOT_KEEPS, to be looked at after the tests."""
         return Path(os.environ.get("PALPATE_GODOT_KEEPS") or self.folder).resolve() / name
@@ -98,6 +102,34 @@ def test_pictures(host):
     assert with_cube == blue and alone != blue, said
     with_cube, alone = said["behind"]
     assert with_cube == alone, said
+
+
+def test_cycles(host):
+    """A thousand scenes come and go, a fifth of them while they still open: memory stays, and the engine ends with one that is open."""
+    said, text = host.run("--script", "cycles.gd", "--", 1000, "none")
+    assert said["opened"] == 800, said
+    early, late = said["kb"][10], said["kb"][-1]
+    assert late - early < 2000, said["kb"]
+    # With pictures and a Vulkan device.
+    said, text = host.run("--script", "cycles.gd", "--", 10, "", headless=False)
+    assert said["opened"] == 8, said
+
+
+def test_kill(host):
+    """The engine is killed while a device pushes with 2.5 N: its motors are off within 20 ms."""
+    service = host.folder / "haply_service"
+    output("g++", "-std=c++20", "-O1", "-I", source, here / "haply_service.cpp", source / "tests/devices/emulated_haply.cpp", "-pthread", "-o", service)
+    with subprocess.Popen([service], stdout=subprocess.PIPE, text=True) as device:
+        engine = host.start("--script", "device.gd", "--", f"haply@127.0.0.1:{int(device.stdout.readline())}")
+        force_n = device.stdout.readline()
+        engine.kill()
+        killed_ns = time.monotonic_ns()
+        off_ns = device.stdout.readline()
+        engine.wait()
+    assert float(force_n) >= 2.5, "The device never pushed"
+    after_ms = 1e-6 * (int(off_ns) - killed_ns)
+    assert after_ms < 20, f"The motors went off {after_ms} ms after the end of the engine"
+    print(f"killed at {float(force_n)} N, off after {after_ms:.1f} ms")
 
 
 tests = {name[len("test_"):]: function for name, function in dict(globals()).items() if name.startswith("test_")}
