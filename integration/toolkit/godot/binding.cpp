@@ -301,7 +301,10 @@ void register_class(const ClassRow& row) {
     engine.classdb_register_extension_class_property_indexed(
         library, name.get(), &text.info, setter.get(), getter.get(), GDExtensionInt(k));
   }
-  if (in_editor() && engine.editor_help_load_xml_from_utf8_chars)
+}
+
+void load_help(const ClassRow& row) {
+  if (engine.editor_help_load_xml_from_utf8_chars)
     engine.editor_help_load_xml_from_utf8_chars(help_of(row).c_str());
 }
 

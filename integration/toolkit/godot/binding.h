@@ -254,6 +254,8 @@ struct ClassRow {
 
 /// Registers a class; `row` must live until it is unregistered.
 void register_class(const ClassRow& row);
+/// Gives the editor the texts about a class: at the engine's level EDITOR.
+void load_help(const ClassRow& row);
 void unregister_class(const ClassRow& row);
 
 }  // namespace palpate::godot

@@ -19,14 +19,15 @@ void HandNode::set(size_t property, const Variant& value) {
 
 void HandNode::process() {
   if (!scene_ || scene_->hand != this || !scene_->session()) return;
-  if (!follows_device()) {
+  if (!follows_device() && !in_editor()) {
     const HandPoint place_m = scene_->in_device(
         scene_->in_palpate(self().call("get_global_position").as<EngineVector>()));
     scene_->link.hold(&place_m);
   }
   const PalState* const state = scene_->state();
   if (!state) return;
-  if (follows_device()) self().call("set_global_position", scene_->placed(state->hand_m));
+  if (follows_device() && !in_editor())
+    self().call("set_global_position", scene_->placed(state->hand_m));
   force_n_ = scene_->turned(state->force_n);
   proxy_ = scene_->placed(state->proxy_m);
   if (const bool touches = state->in_contact != 0; touches != is_touching_) {

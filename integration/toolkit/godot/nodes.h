@@ -57,6 +57,7 @@ class SceneNode final : public EngineNode {
   uint32_t usage_of(const std::string& property) const override;
 
   void open();
+  void open_soon();
   void close();
   PalSession* session() const { return opened_.session; }
   const PalScene* scene() const { return opened_.scene; }
@@ -101,7 +102,7 @@ class SceneNode final : public EngineNode {
   // Properties.
   Variant inputs_;
   Variant gpu_ = "";
-  Variant autostart_ = true;
+  Variant autostart_ = true, preview_ = false;
   std::map<size_t, Variant> options_;  ///< by row; those that differ from the default
 
   std::future<OpenScene> opening_;
@@ -110,6 +111,7 @@ class SceneNode final : public EngineNode {
   std::array<double, 4> device_wxyz_{1.0, 0.0, 0.0, 0.0};
   PalState state_{};
   bool has_state_ = false;
+  bool opens_ = false;  ///< with the next frame
   std::mutex events_mutex_;
   std::deque<SceneEvent> events_;
 };

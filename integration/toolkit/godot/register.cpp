@@ -4,18 +4,18 @@ using namespace palpate::godot;
 
 namespace {
 
+void for_each_class(void (*act)(const ClassRow& row)) {
+  for (const auto& row : {&SceneNode::class_row, &HandNode::class_row, &VolumeNode::class_row})
+    act(row());
+}
+
 void initialise(void*, GDExtensionInitializationLevel level) {
-  if (level != GDEXTENSION_INITIALIZATION_SCENE) return;
-  register_class(SceneNode::class_row());
-  register_class(HandNode::class_row());
-  register_class(VolumeNode::class_row());
+  if (level == GDEXTENSION_INITIALIZATION_SCENE) for_each_class(register_class);
+  if (level == GDEXTENSION_INITIALIZATION_EDITOR) for_each_class(load_help);
 }
 
 void end(void*, GDExtensionInitializationLevel level) {
-  if (level != GDEXTENSION_INITIALIZATION_SCENE) return;
-  unregister_class(VolumeNode::class_row());
-  unregister_class(HandNode::class_row());
-  unregister_class(SceneNode::class_row());
+  if (level == GDEXTENSION_INITIALIZATION_SCENE) for_each_class(unregister_class);
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ bool is_of_every_node(const std::string& name) {
 }
 
 PropertyRow property_of(const json& row) {
-  constexpr uint32_t kRange = 1, kEnum = 2, kGlobalFile = 15, kCheckable = 16;
+  constexpr uint32_t kRange = 1, kEnum = 2, kSuggestions = 3, kGlobalFile = 15, kCheckable = 16;
   PropertyRow property{row["key"], GDEXTENSION_VARIANT_TYPE_STRING};
   if (is_of_every_node(property.name)) property.name = "data_" + property.name;
   property.help = row["help"];
@@ -57,8 +57,7 @@ PropertyRow property_of(const json& row) {
     property.type = GDEXTENSION_VARIANT_TYPE_PACKED_STRING_ARRAY;
   if (type == "path") property.hint = kGlobalFile;
   if (type == "word") {
-    property.hint = kEnum;
-    if (row["default"] == "") property.hint_text = " :,";
+    property.hint = row["default"] == "" ? kSuggestions : kEnum;
     for (const json& word : row["words"])
       property.hint_text += (word == row["words"].front() ? "" : ",") + word.get<std::string>();
   }
@@ -78,7 +77,7 @@ PropertyRow property_of(const json& row) {
   return property;
 }
 
-enum OwnProperty : size_t { kInputs, kGpu, kAutostart, kOptions };
+enum OwnProperty : size_t { kInputs, kGpu, kAutostart, kPreview, kOptions };
 
 /// A path as the system has it: "res://" and "user://" are the engine's.
 std::string system_path(const std::string& path) {
@@ -176,6 +175,7 @@ Variant SceneNode::get(size_t property) const {
   if (property == kInputs) return inputs_;
   if (property == kGpu) return gpu_;
   if (property == kAutostart) return autostart_;
+  if (property == kPreview) return preview_;
   const auto set = options_.find(property - kOptions);
   return set != options_.end() ? set->second : fallback_of(option_rows()[property - kOptions]);
 }
@@ -187,6 +187,12 @@ void SceneNode::set(size_t property, const Variant& value) {
     gpu_ = value;
   } else if (property == kAutostart) {
     autostart_ = value;
+  } else if (property == kPreview) {
+    preview_ = value;
+    if (in_editor() && self().call("is_inside_tree").is_true()) {
+      close();
+      open_soon();
+    }
   } else if (const Variant fallback = fallback_of(option_rows()[property - kOptions]);
              value.is_null() || value.text() == fallback.text()) {
     options_.erase(property - kOptions);
@@ -197,16 +203,28 @@ void SceneNode::set(size_t property, const Variant& value) {
 
 std::string SceneNode::options_text(std::string_view stage) const {
   json options = json::object();
+  // In the editor nothing is felt, so nothing is kept or served.
+  const auto is_kept = [](const json& key) {
+    return key == "record" || key == "csv" || key == "serve" || key == "black_box";
+  };
+  if (in_editor() && stage == "session") options["black_box"] = "off";
   for (const auto& [index, value] : options_) {
     const json& row = option_rows()[index];
     // A hand of the host's has no device of palpate's.
     if (row["key"] == "device" && !(hand && hand->follows_device())) continue;
+    if (in_editor() && is_kept(row["key"])) continue;
     if (row["stage"] == stage) options[row["key"].get<std::string>()] = json_of(value, row);
   }
   return options.dump();
 }
 
 // ---- opening and closing
+
+/// With the next frame: until then scripts may set properties, and place the hand.
+void SceneNode::open_soon() {
+  opens_ = (in_editor() ? preview_ : autostart_).is_true();
+  if (opens_) self().call("set_process_internal", true);
+}
 
 void SceneNode::open() {
   close();
@@ -215,10 +233,10 @@ void SceneNode::open() {
   request.gpu = gpu_.text();
   request.scene_options = options_text("scene");
   request.session_options = options_text("session");
-  request.follows_device = hand && hand->follows_device();
+  request.follows_device = hand && hand->follows_device() && !in_editor();
   link.reach_m = request.reach_m = hand ? hand->reach_m() : 0.08;
   request.node = this;
-  if (hand && !hand->follows_device())
+  if (hand && !hand->follows_device() && !in_editor())
     request.hand_m = in_palpate(hand->self().call("get_global_position").as<EngineVector>());
   opening_ = std::async(std::launch::async, [request] { return opened(request); });
   self().call("set_process_internal", true);
@@ -290,6 +308,7 @@ OpenScene SceneNode::opened(const Request& request) {
 }
 
 void SceneNode::close() {
+  opens_ = false;
   if (opening_.valid()) opening_.get();
   link.hold(nullptr);
   opened_ = OpenScene();
@@ -318,6 +337,7 @@ void SceneNode::take_opened() {
 }
 
 void SceneNode::process() {
+  if (opens_) open();
   if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
     take_opened();
   if (!opened_.session) return;
@@ -342,8 +362,7 @@ void SceneNode::process() {
 
 void SceneNode::notified(int what) {
   if (what == kEntersTree) scenes[object] = this;
-  // The nodes below have entered by now.
-  if (what == kHasEnteredTree && autostart_.is_true() && !in_editor()) open();
+  if (what == kHasEnteredTree) open_soon();
   if (what == kInternalProcess) process();
   if (what == kLeavesTree) close();
 }
@@ -462,7 +481,10 @@ const ClassRow& SceneNode::class_row() {
                   "the first one; none: forces alone"},
          {.name = "autostart",
           .type = kBool,
-          .help = "Opens when the node enters the tree; else open() does"}}};
+          .help = "Opens when the node enters the tree; else open() does"},
+         {.name = "preview",
+          .type = kBool,
+          .help = "Shows the volumes in the editor's first viewport, too. Nothing is felt there"}}};
     std::string stage;
     for (const json& option : option_rows()) {
       made.properties.push_back(property_of(option));

@@ -91,7 +91,7 @@ void VolumeNode::open(uint32_t width, uint32_t height) {
   PalViewInfo info{};
   info.size = sizeof info;
   info.flags = PAL_VIEW_NO_BACKGROUND;
-  if (!draws_hand_.is_true()) info.flags |= PAL_VIEW_NO_HAND;
+  if (!draws_hand_.is_true() || in_editor()) info.flags |= PAL_VIEW_NO_HAND;
   if (!draws_box_.is_true()) info.flags |= PAL_VIEW_NO_BOX;
   if (cut_open_.is_true()) info.flags |= PAL_VIEW_CUT_OPEN;
   info.width = width;
@@ -252,7 +252,10 @@ void VolumeNode::process() {
   }
   if (!session || has_failed_ || !scene_->state() || !self().call("is_visible_in_tree").is_true())
     return;
-  const Variant viewport = self().call("get_viewport"), target = viewport.call("get_texture");
+  const Variant viewport = in_editor()
+                               ? singleton("EditorInterface").call("get_editor_viewport_3d", 0)
+                               : self().call("get_viewport");
+  const Variant target = viewport.call("get_texture");
   const double share = resolution_.number();
   const auto width = uint32_t(std::max(1.0, share * target.call("get_width").number()));
   const auto height = uint32_t(std::max(1.0, share * target.call("get_height").number()));
@@ -273,13 +276,14 @@ void VolumeNode::process() {
     draw(camera);
     return;
   }
+  if (in_editor()) return;
   HandPoint low, high;
   find_box(low, high);
   add_camera(low, high);
 }
 
 void VolumeNode::notified(int what) {
-  if (what == kEntersTree && !in_editor()) {
+  if (what == kEntersTree) {
     scene_ = SceneNode::above(*this);
     if (!scene_) warn("A PalpateVolume stands below a PalpateScene");
     // After the hand, and after all scripts that move the camera.

@@ -104,6 +104,15 @@ def test_pictures(host):
     assert with_cube == alone, said
 
 
+def test_editor(host):
+    """The editor shows options with their ranges, previews, and loads the library again while a preview is open."""
+    said, text = host.run("--editor")
+    assert said["rows"]["max_force_n"] == [1, "0.01,100.0,0.0001,suffix:N", 6 + 16 + 32], said
+    assert said["rows"]["friction"] == [1, "0.0,10.0,0.0001", 6], said
+    assert said["rows"]["hand"] == [2, "human,loose,firm,none", 6], said
+    assert said["reloaded"] == 0 and said["kept"] == 2.5 and said["closed"] and said["is_open"], said
+
+
 def test_cycles(host):
     """A thousand scenes come and go, a fifth of them while they still open: memory stays, and the engine ends with one that is open."""
     said, text = host.run("--script", "cycles.gd", "--", 1000, "none")
