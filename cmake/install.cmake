@@ -39,6 +39,9 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/examples/
         DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libpalpate-dev/examples COMPONENT palpate_development
         PATTERN "snap_mode.*" EXCLUDE PATTERN "texture_mode.*" EXCLUDE PATTERN "my_device.h" EXCLUDE
         PATTERN "vtk_image.h" EXCLUDE PATTERN "gradient_length.*" EXCLUDE PATTERN "__pycache__" EXCLUDE)
+# The sources of the extension for Godot, which is built against the engine that a user has.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/integration/toolkit/godot DESTINATION ${CMAKE_INSTALL_DATADIR}/palpate
+        COMPONENT palpate_development)
 # Paths from where the file lies: the same for every prefix.
 file(RELATIVE_PATH palpate_prefix_from_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 configure_file(${PROJECT_SOURCE_DIR}/cmake/palpate.pc.in ${PROJECT_BINARY_DIR}/palpate.pc @ONLY)

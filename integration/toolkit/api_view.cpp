@@ -28,9 +28,9 @@ PalResult open_view(PalSession* session, const PalViewInfo* given, PalView** vie
   if (const PalResult read = taken(given, offsetof(PalViewInfo, look), "PalViewInfo", info);
       read != PAL_OK)
     return read;
-  if (const Status flags = check_flags("PalViewInfo", info.flags,
-                                       PAL_VIEW_NO_HAND | PAL_VIEW_NO_BOX | PAL_VIEW_CUT_OPEN);
-      !flags)
+  constexpr uint32_t kFlags =
+      PAL_VIEW_NO_HAND | PAL_VIEW_NO_BOX | PAL_VIEW_CUT_OPEN | PAL_VIEW_NO_BACKGROUND;
+  if (const Status flags = check_flags("PalViewInfo", info.flags, kFlags); !flags)
     return failed(flags.error());
   if (!use->context()->device)
     return failed(PAL_NO_DEVICE,
@@ -45,6 +45,7 @@ PalResult open_view(PalSession* session, const PalViewInfo* given, PalView** vie
   choices.hand = !(info.flags & PAL_VIEW_NO_HAND);
   choices.box = !(info.flags & PAL_VIEW_NO_BOX);
   choices.cut_open = (info.flags & PAL_VIEW_CUT_OPEN) != 0;
+  if (info.flags & PAL_VIEW_NO_BACKGROUND) choices.background = ViewGround::kNone;
   const PictureSize most{int(info.width), int(info.height)};
   auto viewer = Viewer::open(use->context()->device, choices,
                              {.most = most, .most_eyes = int(info.eye_count)});

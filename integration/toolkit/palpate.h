@@ -847,7 +847,10 @@ enum {
   /* Draw neither the edges of the data nor the letters of the patient's sides. */
   PAL_VIEW_NO_BOX = 1u << 1,
   /* Draw nothing that lies between the eye and a plane through the touched place. */
-  PAL_VIEW_CUT_OPEN = 1u << 2
+  PAL_VIEW_CUT_OPEN = 1u << 2,
+  /* Nothing is behind the scene: pal_view_read() gives colours multiplied by their opacity (in
+     linear light, then encoded as sRGB), to be blended over a picture of the host's. */
+  PAL_VIEW_NO_BACKGROUND = 1u << 3
 };
 
 typedef struct PalViewInfo {

@@ -133,6 +133,9 @@ const std::vector<std::pair<std::string, Way>> kWays = {
      "truth/wall_0.mha --field field.mha",
      {"", kOfPackages}},
     {"examples/vtk_volume --cycle 0.6 moved.vti frames/frame_*.mha", {"", kOfPackages}},
+    {"cmake -S /usr/share/palpate/godot -B build && cmake --build build && cmake --install build "
+     "--prefix MY_PROJECT",
+     {"", "needs Godot: godot_test.py"}},
     // Measuring, installing.
     {"./run chart", {"", "takes 18 minutes: chart_test runs short ones"}},
     {"build/palpate motion frames/frame_0.mha frames/frame_1.mha -o u.mha --within 2s",

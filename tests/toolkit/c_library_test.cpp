@@ -863,6 +863,38 @@ TEST(CLibrary, DrawsStreamTubes) {
   EXPECT_GT(changed, 5);
 }
 
+/// Of a colour that is encoded as sRGB, 0 to 255.
+double linear_of(uint32_t byte) {
+  const double c = byte / 255.0;
+  return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+}
+
+TEST(CLibrary, DrawsWithoutABackground) {
+  ShellTubes shell(0);
+  if (!shell.opened.session) GTEST_SKIP() << pal_last_error();
+  shell.tick(0.036);
+  PalViewInfo info{};
+  info.size = sizeof info;
+  info.flags = PAL_VIEW_NO_BACKGROUND | PAL_VIEW_NO_HAND | PAL_VIEW_NO_BOX;
+  info.width = 96;
+  info.height = 64;
+  info.eye_count = 1;
+  std::vector<uint32_t> pixels(96 * 64);
+  const PalEye eye{{0.0, 0.0, 0.12}, {0.0, 0.0, 0.0, 1.0}, -0.6, 0.6, -0.4, 0.4};
+  PAL_ASSERT_OK(pal_view_open(shell.opened.session, &info, &shell.opened.view));
+  PAL_ASSERT_OK(pal_view_render(shell.opened.view, &eye, 1, 96, 64, 0.0, nullptr));
+  PAL_ASSERT_OK(pal_view_read(shell.opened.view, 0, pixels.data(), nullptr));
+  EXPECT_EQ(pixels[0], 0U) << "a corner of the picture is empty";
+  // No colour is brighter than its opacity: both add up in the host's picture.
+  int thin = 0;
+  for (const uint32_t pixel : pixels) {
+    const double opacity = (pixel >> 24) / 255.0;
+    thin += opacity > 0.1 && opacity < 0.9;
+    for (int c = 0; c < 24; c += 8) ASSERT_LE(linear_of(pixel >> c & 255U), opacity + 0.01);
+  }
+  EXPECT_GT(thin, 5) << "all pixels are full or empty";
+}
+
 /// What a host's functions report to the test, on any thread.
 struct Sentences {
   std::mutex mutex;

@@ -1,0 +1,331 @@
+#include <chrono>
+
+#include "nodes.h"
+
+namespace palpate::godot {
+namespace {
+
+/// Draws the picture over the whole viewport, after the engine's opaque surfaces: what of these is
+/// nearer hides it. Where the volume is thin, so that no depth says where it is, its middle counts.
+constexpr const char* kShader = R"(
+shader_type spatial;
+render_mode unshaded, blend_premul_alpha, depth_test_disabled, depth_draw_never, cull_disabled,
+    fog_disabled, shadows_disabled;
+uniform sampler2D colours : source_color, filter_linear, repeat_disable;
+uniform sampler2D depths : filter_nearest, repeat_disable;
+uniform sampler2D engine_depths : hint_depth_texture, filter_nearest;
+uniform float metres = 1.0;
+uniform float middle = 1.0;
+void vertex() { POSITION = vec4(2.0 * VERTEX.xy, 1.0, 1.0); }
+void fragment() {
+  float engine_depth = texture(engine_depths, SCREEN_UV).r;
+#if CURRENT_RENDERER == RENDERER_COMPATIBILITY
+  engine_depth = 2.0 * engine_depth - 1.0;
+#endif
+  vec4 surface = INV_PROJECTION_MATRIX * vec4(2.0 * SCREEN_UV - 1.0, engine_depth, 1.0);
+  float depth = metres * texture(depths, SCREEN_UV).r;
+  if (depth == 0.0) depth = middle;
+  if (-surface.z < depth * surface.w) discard;
+  vec4 colour = texture(colours, SCREEN_UV);
+  ALBEDO = colour.rgb;
+  ALPHA = colour.a;
+}
+)";
+
+enum VolumeProperty : size_t { kLook, kDrawsHand, kDrawsBox, kCutOpen, kResolution };
+constexpr int kPixels = 5, kFloats = 8;  // Image.FORMAT_RGBA8, FORMAT_RF
+
+Variant made_object(const char* class_name) {
+  return singleton("ClassDB").call("instantiate", class_name);
+}
+
+struct EngineQuaternion {
+  float x = 0.0F, y = 0.0F, z = 0.0F, w = 1.0F;
+};
+
+/// first^-1 second, of nodes: the rotation of the second as the first sees it.
+std::array<double, 4> rotation_between(const Variant& first, const Variant& second) {
+  const auto of = [](const Variant& node) {
+    EngineQuaternion q;
+    node.call("get_global_basis").call("get_rotation_quaternion").copy_to(&q);
+    return q;
+  };
+  const EngineQuaternion a = of(first), b = of(second);
+  std::array<double, 4> xyzw{
+      a.w * b.x - a.x * b.w - a.y * b.z + a.z * b.y, a.w * b.y - a.y * b.w - a.z * b.x + a.x * b.z,
+      a.w * b.z - a.z * b.w - a.x * b.y + a.y * b.x, a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z};
+  double square = 0.0;
+  for (const double part : xyzw) square += part * part;
+  for (double& part : xyzw) part /= std::sqrt(square);
+  return xyzw;
+}
+
+}  // namespace
+
+VolumeNode::~VolumeNode() {
+  close();
+}
+
+Variant VolumeNode::get(size_t property) const {
+  const Variant values[] = {look_, draws_hand_, draws_box_, cut_open_, resolution_};
+  return values[property];
+}
+
+void VolumeNode::set(size_t property, const Variant& value) {
+  Variant* const values[] = {&look_, &draws_hand_, &draws_box_, &cut_open_, &resolution_};
+  *values[property] = value;
+  close();
+}
+
+void VolumeNode::close() {
+  if (opening_.valid()) opening_.get();
+  pal_view_close(&view_);
+}
+
+/// Uploads the data on a thread of its own.
+void VolumeNode::open(uint32_t width, uint32_t height) {
+  close();
+  width_ = width;
+  height_ = height;
+  of_session_ = scene_->session();
+  PalViewInfo info{};
+  info.size = sizeof info;
+  info.flags = PAL_VIEW_NO_BACKGROUND;
+  if (!draws_hand_.is_true() || in_editor()) info.flags |= PAL_VIEW_NO_HAND;
+  if (!draws_box_.is_true()) info.flags |= PAL_VIEW_NO_BOX;
+  if (cut_open_.is_true()) info.flags |= PAL_VIEW_CUT_OPEN;
+  info.width = width;
+  info.height = height;
+  info.eye_count = 1;
+  opening_ = std::async(std::launch::async, [this, info, look = look_.text()]() mutable {
+    info.look = look.c_str();
+    return pal_view_open(of_session_, &info, &view_) == PAL_OK ? std::string() : pal_last_error();
+  });
+}
+
+/// The images, and the surface that shows them.
+void VolumeNode::make_screen() {
+  const auto image_of = [&](int format, int64_t bytes_per_pixel) {
+    const Variant bytes = Variant::made(GDEXTENSION_VARIANT_TYPE_PACKED_BYTE_ARRAY);
+    bytes.call("resize", bytes_per_pixel * width_ * height_);
+    const Variant image = made_object("Image");
+    image.call("set_data", int(width_), int(height_), false, format, bytes);
+    return image;
+  };
+  colour_image_ = image_of(kPixels, 4);
+  depth_image_ = image_of(kFloats, 4);
+  colours_ = made_object("ImageTexture");
+  depths_ = made_object("ImageTexture");
+  colours_.call("set_image", colour_image_);
+  depths_.call("set_image", depth_image_);
+  if (material_.is_null()) {
+    const Variant shader = made_object("Shader");
+    shader.call("set_code", kShader);
+    material_ = made_object("ShaderMaterial");
+    material_.call("set_shader", shader);
+    const Variant quad = made_object("QuadMesh");
+    quad.call("set_material", material_);
+    screen_ = made_object("MeshInstance3D");
+    screen_.call("set_mesh", quad);
+    // Seen from everywhere.
+    screen_.call("set_extra_cull_margin", 16384.0);
+    constexpr int kInternalBack = 2;
+    self().call("add_child", screen_, false, kInternalBack);
+  }
+  material_.call("set_shader_parameter", "colours", colours_);
+  material_.call("set_shader_parameter", "depths", depths_);
+}
+
+/// A box around all volumes, in palpate's world.
+void VolumeNode::find_box(HandPoint& low, HandPoint& high) const {
+  low = {1e9, 1e9, 1e9};
+  high = {-1e9, -1e9, -1e9};
+  PalVolume volume{};
+  volume.size = sizeof volume;
+  PalVolumeState now{};
+  now.size = sizeof now;
+  for (uint32_t v = 0; pal_scene_volume(scene_->scene(), v, &volume) == PAL_OK &&
+                       pal_session_volume(scene_->session(), v, &now) == PAL_OK;
+       ++v)
+    for (int corner = 0; corner < 8; ++corner)
+      for (size_t row = 0; row < 3; ++row) {
+        double at = now.world_from_volume[4 * row + 3];
+        for (size_t a = 0; a < 3; ++a)
+          at += now.world_from_volume[4 * row + a] *
+                (corner >> a & 1 ? volume.high_m[a] : volume.low_m[a]);
+        low[row] = std::min(low[row], at);
+        high[row] = std::max(high[row], at);
+      }
+}
+
+/// Where the viewport has no camera: one before the volumes, as `palpate view` has it.
+void VolumeNode::add_camera(const HandPoint& low, const HandPoint& high) {
+  constexpr double kHeightAngle = 0.55, kFilled = 0.93;
+  constexpr double kAway[3] = {0.42, 0.30, 1.0};
+  const Variant camera = made_object("Camera3D");
+  self().call("add_child", camera, false, 2);
+  camera.call("set_fov", kHeightAngle * 180.0 / 3.14159265358979);
+  camera.call("set_near", 0.005);
+  double middle[3], half[3];
+  for (size_t a = 0; a < 3; ++a) {
+    middle[a] = 0.5 * (low[a] + high[a]);
+    half[a] = 0.5 * (high[a] - low[a]);
+  }
+  // Axes of a camera that looks at the middle from there.
+  const double length = std::sqrt(kAway[0] * kAway[0] + kAway[1] * kAway[1] + kAway[2] * kAway[2]);
+  const double back[3] = {kAway[0] / length, kAway[1] / length, kAway[2] / length};
+  const double flat = std::hypot(back[0], back[2]);
+  const double right[3] = {back[2] / flat, 0.0, -back[0] / flat};
+  const double up[3] = {back[1] * right[2], back[2] * right[0] - back[0] * right[2],
+                        -back[1] * right[0]};
+  const double tan_up = std::tan(0.5 * kHeightAngle), tan_right = tan_up * width_ / height_;
+  double distance = 1e-6;
+  for (int corner = 0; corner < 8; ++corner) {
+    double x = 0.0, y = 0.0, z = 0.0;
+    for (size_t a = 0; a < 3; ++a) {
+      const double at = corner >> a & 1 ? half[a] : -half[a];
+      x += at * right[a];
+      y += at * up[a];
+      z += at * back[a];
+    }
+    const double needed =
+        std::max(std::abs(x) / (kFilled * tan_right), std::abs(y) / (kFilled * tan_up));
+    distance = std::max(distance, needed + z);
+  }
+  double place[3];
+  for (size_t a = 0; a < 3; ++a) place[a] = middle[a] + distance * back[a];
+  camera.call("look_at_from_position", scene_->placed(place), scene_->placed(middle));
+  camera.call("make_current");
+}
+
+void VolumeNode::draw(const Variant& camera) {
+  const Variant scene = scene_->self();
+  PalEye eye{};
+  const HandPoint at_m = scene_->in_palpate(camera.call("get_global_position").as<EngineVector>());
+  const std::array<double, 4> turn = rotation_between(scene, camera);
+  std::copy(at_m.begin(), at_m.end(), eye.position_m);
+  std::copy(turn.begin(), turn.end(), eye.orientation);
+  const auto projection = camera.call("get_camera_projection").as<EngineProjection>();
+  const double x = projection.columns[0][0], y = projection.columns[1][1];
+  eye.tan_left = (projection.columns[2][0] - 1.0) / x;
+  eye.tan_right = (projection.columns[2][0] + 1.0) / x;
+  eye.tan_down = (projection.columns[2][1] - 1.0) / y;
+  eye.tan_up = (projection.columns[2][1] + 1.0) / y;
+  auto* const pixels =
+      reinterpret_cast<uint32_t*>(engine.image_ptrw(colour_image_.as<GDExtensionObjectPtr>()));
+  auto* const floats =
+      reinterpret_cast<float*>(engine.image_ptrw(depth_image_.as<GDExtensionObjectPtr>()));
+  const PalResult drawn = pal_view_render(view_, &eye, 1, width_, height_, 0.0, nullptr);
+  if (drawn == PAL_NOT_YET) return;
+  if (drawn != PAL_OK || pal_view_read(view_, 0, pixels, floats) != PAL_OK) {
+    fail(pal_last_error());
+    return;
+  }
+  colours_.call("update", colour_image_);
+  depths_.call("update", depth_image_);
+  HandPoint low, high;
+  find_box(low, high);
+  double middle[3];
+  for (size_t a = 0; a < 3; ++a) middle[a] = 0.5 * (low[a] + high[a]);
+  const auto seen = camera.call("to_local", scene_->placed(middle)).as<EngineVector>();
+  material_.call("set_shader_parameter", "middle", double(-seen.z));
+  const EngineTransform t = scene_->transform();
+  material_.call("set_shader_parameter", "metres",
+                 std::hypot(double(t.rows[0][0]), double(t.rows[1][0]), double(t.rows[2][0])));
+  screen_.call("set_visible", true);
+  if (!std::exchange(is_shown_, true)) emit("shown");
+}
+
+void VolumeNode::fail(const std::string& sentence) {
+  has_failed_ = true;
+  warn(sentence);
+  emit("failed", sentence);
+}
+
+void VolumeNode::process() {
+  PalSession* const session = scene_ ? scene_->session() : nullptr;
+  if (session != of_session_) {
+    close();
+    of_session_ = session;
+    has_failed_ = is_shown_ = false;
+    if (!screen_.is_null()) screen_.call("set_visible", false);
+  }
+  if (!session || has_failed_ || !scene_->state() || !self().call("is_visible_in_tree").is_true())
+    return;
+  const Variant viewport = in_editor()
+                               ? singleton("EditorInterface").call("get_editor_viewport_3d", 0)
+                               : self().call("get_viewport");
+  const Variant target = viewport.call("get_texture");
+  const double share = resolution_.number();
+  const auto width = uint32_t(std::max(1.0, share * target.call("get_width").number()));
+  const auto height = uint32_t(std::max(1.0, share * target.call("get_height").number()));
+  if (opening_.valid()) {
+    if (opening_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+    if (const std::string trouble = opening_.get(); !trouble.empty()) {
+      fail(trouble);
+      return;
+    }
+    make_screen();
+  }
+  if (!view_ || width != width_ || height != height_) {
+    open(width, height);
+    return;
+  }
+  const Variant camera = viewport.call("get_camera_3d");
+  if (camera.as<GDExtensionObjectPtr>()) {
+    draw(camera);
+    return;
+  }
+  if (in_editor()) return;
+  HandPoint low, high;
+  find_box(low, high);
+  add_camera(low, high);
+}
+
+void VolumeNode::notified(int what) {
+  if (what == kEntersTree) {
+    scene_ = SceneNode::above(*this);
+    if (!scene_) warn("A PalpateVolume stands below a PalpateScene");
+    // After the hand, and after all scripts that move the camera.
+    self().call("set_process_priority", 200);
+    const bool has_pictures = singleton("DisplayServer").call("get_name").text() != "headless";
+    self().call("set_process_internal", has_pictures);
+  }
+  if (what == kInternalProcess) process();
+  if (what == kLeavesTree) {
+    close();
+    scene_ = nullptr;
+    of_session_ = nullptr;
+  }
+}
+
+const ClassRow& VolumeNode::class_row() {
+  constexpr auto kBool = GDEXTENSION_VARIANT_TYPE_BOOL;
+  constexpr auto kString = GDEXTENSION_VARIANT_TYPE_STRING;
+  static const ClassRow row{
+      "PalpateVolume",
+      "Node3D",
+      "The picture of the PalpateScene above, in the viewport of this node.",
+      []() -> std::unique_ptr<EngineNode> { return std::make_unique<VolumeNode>(); },
+      {},
+      {{"shown", {}}, {"failed", {{"sentence", kString}}}},
+      {{.name = "look",
+        .type = kString,
+        .help = "Transfer function, as the program's option: auto, CT bone, CT heart, CT lung, MR, "
+                "phantom, molecule, flow, heart"},
+       {.name = "draws_hand", .type = kBool, .help = "Pen, proxy and force"},
+       {.name = "draws_box",
+        .type = kBool,
+        .help = "Edges of the data, and letters of the patient's sides"},
+       {.name = "cut_open",
+        .type = kBool,
+        .help = "Nothing is drawn between the eye and a plane through the touched place"},
+       {.name = "resolution",
+        .type = GDEXTENSION_VARIANT_TYPE_FLOAT,
+        .hint = 1,
+        .hint_text = "0.1,1,0.01",
+        .help = "Of the picture, as a share of the viewport's along each edge"}}};
+  return row;
+}
+
+}  // namespace palpate::godot
