@@ -15,9 +15,10 @@ namespace palpate::web {
 /// and its look as numbered parts, and a description in JSON that names them. What `palpate view`
 /// uploads to the GPU is the same; there is no part for another volume, or for segments.
 ///
-/// A part is a list of numbers, lowest byte first: a frame is one half float a voxel (share of the
-/// range of all frames, shape (nz, ny, nx)); a field three a sample (u in voxels of the frame); the
-/// look 3 x 2048 x 4 floats: colours, integrals, next entries, as view::fill_table() makes them.
+/// A part is a list of numbers, lowest byte first. A frame is one half float a voxel (share of the
+/// range of all frames, shape (nz, ny, nx)). A field is three a sample (u in voxels of the frame).
+/// The look is 3 x 2048 x 4 floats: colours, integrals, next entries, as view::fill_table() makes
+/// them.
 class LiveScene {
  public:
   using Part = std::shared_ptr<const std::string>;

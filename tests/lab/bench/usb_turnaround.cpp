@@ -58,7 +58,7 @@ std::vector<double> timed(int exchanges, const std::function<bool()>& exchange) 
 /// A device that gives the right position.
 std::unique_ptr<devices::FalconDevice> opened(const EmulatedFalcon& emulated_falcon) {
   devices::FalconOptions options;
-  options.place = emulated_falcon.place();
+  options.address = emulated_falcon.place();
   options.answer_wait_ns = 50'000'000;
   options.away_ns = 60'000'000'000;
   auto device = devices::FalconDevice::make(options);

@@ -1,6 +1,6 @@
-// The plugin for Unity, in a host with the same tables of functions: preloaded, with a device of
-// its own, images, a command buffer that is submitted when the queue is asked for, and a thread
-// that submits all the time. Unity itself is not here.
+// The plugin for Unity, in a host with the same tables of functions. It is preloaded; the host has
+// a device of its own, images, and a command buffer that is submitted when the queue is asked for.
+// A thread submits all the time. Unity itself is not here.
 #include <dlfcn.h>
 #include <gmock/gmock.h>
 
