@@ -184,11 +184,11 @@ TEST(PolhemProgram, IsFeltThroughItsPort) {
 
 TEST(DeviceOption, SaysWhatIsWrongWithIt) {
   EXPECT_THAT(run({"feel", "molecule", "--device", "haply@here:there"}).err,
-              AllOf(HasSubstr("no place of a Haply device"), HasSubstr("localhost:10001")));
+              AllOf(HasSubstr("no address of a Haply device"), HasSubstr("localhost:10001")));
   EXPECT_THAT(run({"feel", "molecule", "--device", "force-dimension@first"}).err,
-              HasSubstr("no place of a Force Dimension device"));
+              HasSubstr("no address of a Force Dimension device"));
   EXPECT_THAT(run({"feel", "molecule", "--device", "mouse@1"}).err,
-              HasSubstr("only a real device has a place"));
+              HasSubstr("only a real device has an address"));
   EXPECT_THAT(run({"feel", "molecule", "--device", "happly"}).err, HasSubstr("haply"));
 }
 

@@ -358,7 +358,7 @@ static class PalpateTest
         Directory.CreateDirectory(folder);
         try
         {
-            using (var sequence = new PalSequence(new[] { WriteBall(folder) }))
+            using (var sequence = new PalSequence(new PalSequenceInfo(WriteBall(folder))))
             {
                 var summary = sequence.Summary();
                 Equal(summary.FrameCount, 1U, "the number of frames");
@@ -369,7 +369,7 @@ static class PalpateTest
                 Expect(samples.SequenceEqual(Ball(0).Cast<float>()), "the samples are those of the file");
                 Expect(sequence.Frame(1, out time_s) == null, "there is no other");
             }
-            Fails(PalResult.BadInput, "nothing.mha", () => new PalSequence(new[] { "nothing.mha" }));
+            Fails(PalResult.BadInput, "nothing.mha", () => new PalSequence(new PalSequenceInfo("nothing.mha")));
         }
         finally
         {

@@ -548,6 +548,15 @@ namespace Palpate
         internal override PalResult CloseHandle(ref IntPtr closed) => Native.pal_context_close(ref closed);
     }
 
+    public sealed class PalSequenceInfo
+    {
+        /// <summary>A 4D file, a folder, 3D files in order, or DICOM folders with one frame each.</summary>
+        public PalSequenceInfo(params string[] paths) { Paths = paths; }
+        public IList<string> Paths;
+        /// <summary>What samples become that are NaN; null: they are refused.</summary>
+        public double? NanAs;
+    }
+
     /// <summary>What the headers of a sequence's files say; Notes: a sentence per line.</summary>
     public sealed class PalSequenceSummary
     {
@@ -562,16 +571,14 @@ namespace Palpate
     {
         readonly long voxels;
 
-        /// <summary>A 4D file, a folder, 3D files in order, or DICOM folders with one frame each. nan_as: what samples become
-        /// that are NaN; null: they are refused.</summary>
-        public PalSequence(IList<string> paths, double? nan_as = null)
+        public PalSequence(PalSequenceInfo info)
         {
             using (var memory = new Memory())
             {
                 var raw = new Native.PalSequenceInfo
                 {
-                    Size = Native.SizeOf<Native.PalSequenceInfo>(), Paths = memory.Utf8(paths, out var count), PathCount = count,
-                    NanAs = nan_as.HasValue ? memory.Structure(nan_as.Value) : IntPtr.Zero
+                    Size = Native.SizeOf<Native.PalSequenceInfo>(), Paths = memory.Utf8(info.Paths, out var count), PathCount = count,
+                    NanAs = info.NanAs.HasValue ? memory.Structure(info.NanAs.Value) : IntPtr.Zero
                 };
                 Open((out IntPtr opened) => Native.pal_sequence_open(ref raw, out opened));
             }
