@@ -27,13 +27,16 @@ struct FilmKind {
   std::vector<std::string> options;
 };
 
-/// Players take an even number of pixels, and one sample of colour for four of them.
+/// Players take one sample of colour for four pixels, so an odd width or height gets one pixel
+/// more.
+constexpr const char* kEven = "pad=ceil(iw/2)*2:ceil(ih/2)*2";
+
 const std::vector<FilmKind>& kinds() {
   static const std::vector<FilmKind> all = {
       {".webm",
-       {"-c:v", "libvpx-vp9", "-crf", "24", "-b:v", "0", "-row-mt", "1", "-deadline", "good",
-        "-cpu-used", "4", "-pix_fmt", "yuv420p"}},
-      {".mp4", {"-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p"}},
+       {"-vf", kEven, "-c:v", "libvpx-vp9", "-crf", "24", "-b:v", "0", "-row-mt", "1", "-deadline",
+        "good", "-cpu-used", "4", "-pix_fmt", "yuv420p"}},
+      {".mp4", {"-vf", kEven, "-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p"}},
       // One table of colours for the whole film; it starts again at its end.
       {".gif",
        {"-filter_complex", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=sierra2_4a",
