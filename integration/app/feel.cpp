@@ -64,6 +64,42 @@ void add_felt_seeing(CLI::App& app, FeelCommand& command) {
       ->type_name("DIR");
 }
 
+/// From where the scene is seen, with how many eyes, and before what.
+void add_camera(CLI::App& app, FeelCommand& command) {
+  app.add_option_function<std::string>(
+         "--stereo",
+         [&command](const std::string& word) {
+           const std::array words{"mono", "parallel", "crossed", "anaglyph"};
+           const auto* at = std::find(words.begin(), words.end(), word);
+           if (at != words.end()) command.view.stereo = Stereo(at - words.begin());
+         },
+         "Window and files: parallel (the left eye at the left), crossed (at the right), anaglyph "
+         "(red and cyan glasses), mono. Without it, files for two eyes are parallel, all else is "
+         "mono")
+      ->check(one_of({"mono", "parallel", "crossed", "anaglyph"}))
+      ->type_name("WORD");
+  app.add_option_function<std::string>(
+         "--background",
+         [&command](const std::string& word) {
+           command.view.background = word == "light"  ? PictureBackground::kLight
+                                     : word == "none" ? PictureBackground::kNone
+                                                      : PictureBackground::kDark;
+         },
+         "Behind the volume; none: a picture in a file is transparent there")
+      ->check(one_of({"dark", "light", "none"}))
+      ->type_name("WORD");
+  app.add_option("--azimuth", command.view.from.azimuth_deg,
+                 "From where the scene is seen, degrees: 0 the front, 90 the patient's left, 180 "
+                 "the back")
+      ->check(number_in({-360.0, 360.0, false, "degrees"}));
+  app.add_option("--elevation", command.view.from.elevation_deg,
+                 "The same, degrees above the horizon")
+      ->check(number_in({-85.0, 85.0, false, "degrees"}));
+  app.add_option("--zoom", command.view.from.zoom, "How much larger it is seen")
+      ->check(number_in({0.1, 20.0}))
+      ->capture_default_str();
+}
+
 }  // namespace
 
 void add_seeing(CLI::App& app, FeelCommand& command) {
@@ -107,38 +143,7 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
   app.add_flag_callback(
       "--no-slices", [&command] { command.view.slices = false; },
       "No slices beside the picture (key S in the window)");
-  app.add_option_function<std::string>(
-         "--stereo",
-         [&command](const std::string& word) {
-           const std::array words{"mono", "parallel", "crossed", "anaglyph"};
-           const auto* at = std::find(words.begin(), words.end(), word);
-           if (at != words.end()) command.view.stereo = Stereo(at - words.begin());
-         },
-         "Window and files: parallel (the left eye at the left), crossed (at the right), anaglyph "
-         "(red and cyan glasses), mono. Without it, files for two eyes are parallel, all else is "
-         "mono")
-      ->check(one_of({"mono", "parallel", "crossed", "anaglyph"}))
-      ->type_name("WORD");
-  app.add_option_function<std::string>(
-         "--background",
-         [&command](const std::string& word) {
-           command.view.background = word == "light"  ? ViewGround::kLight
-                                     : word == "none" ? ViewGround::kNone
-                                                      : ViewGround::kDark;
-         },
-         "Behind the volume; none: a picture in a file is transparent there")
-      ->check(one_of({"dark", "light", "none"}))
-      ->type_name("WORD");
-  app.add_option("--azimuth", command.view.from.azimuth_deg,
-                 "From where the scene is seen, degrees: 0 the front, 90 the patient's left, 180 "
-                 "the back")
-      ->check(number_in({-360.0, 360.0, false, "degrees"}));
-  app.add_option("--elevation", command.view.from.elevation_deg,
-                 "The same, degrees above the horizon")
-      ->check(number_in({-85.0, 85.0, false, "degrees"}));
-  app.add_option("--zoom", command.view.from.zoom, "How much larger it is seen")
-      ->check(number_in({0.1, 20.0}))
-      ->capture_default_str();
+  add_camera(app, command);
   app.add_option("--picture-size", command.picture_size,
                  "Pixels along an edge of each eye's picture")
       ->check(whole_number_in(64, 2048))

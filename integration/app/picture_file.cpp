@@ -31,12 +31,12 @@ constexpr double kNameHeight = 26.0;  // of the line below the pictures of two e
 
 }  // namespace
 
-charts::Bitmap raster_of(const Picture& picture, ViewGround background) {
+charts::Bitmap raster_of(const Picture& picture, PictureBackground background) {
   charts::Bitmap raster{picture.width, picture.height, {}};
   raster.pixels.reserve(picture.colours.size());
   for (const uint32_t c : picture.colours)
-    raster.pixels.push_back(background == ViewGround::kNone ? as_transparent(c)
-                                                            : argb_of(c | 0xff000000U));
+    raster.pixels.push_back(background == PictureBackground::kNone ? as_transparent(c)
+                                                                   : argb_of(c | 0xff000000U));
   return raster;
 }
 

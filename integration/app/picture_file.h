@@ -14,7 +14,8 @@ namespace palpate::app {
 
 /// A picture in the format of charts: opaque, or with kNone as background as transparent as it is
 /// covered.
-charts::Bitmap raster_of(const Picture& picture, ViewGround background = ViewGround::kDark);
+charts::Bitmap raster_of(const Picture& picture,
+                         PictureBackground background = PictureBackground::kDark);
 
 /// The pictures of one or two eyes as they go to a file: side by side with a line below that names
 /// the eyes, or joined. stereo: of two eyes; not set: kParallel.

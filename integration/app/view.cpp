@@ -24,8 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kFilmRate = 25;               // pictures a second
-constexpr double kUsualAzimuth_deg = 22.8;  // of pictures whose azimuth was not chosen
+constexpr int kFilmRate = 25;  // pictures a second
 
 /// A film that is asked for.
 struct FilmChoices {
@@ -193,7 +192,8 @@ FilmCourse course_of(const LoadedScene& scene, const FilmChoices& choices) {
 Status draw_film(FeelCommand command, const FilmChoices& choices, Console& console,
                  std::stop_token stop) {
   if (const Status named = FilmFile::check_name(choices.file); !named) return named;
-  if (command.view.background == ViewGround::kNone) command.view.background = ViewGround::kDark;
+  if (command.view.background == PictureBackground::kNone)
+    command.view.background = PictureBackground::kDark;
   auto scene = shown_scene(command, console);
   if (!scene) return scene.error();
   const FilmCourse course = course_of(*scene, choices);
@@ -206,7 +206,7 @@ Status draw_film(FeelCommand command, const FilmChoices& choices, Console& conso
   if (!path) return path.error();
   std::optional<FilmFile> film;
   ViewChoices view = command.view;
-  const double first_deg = view.from.azimuth_deg.value_or(kUsualAzimuth_deg);
+  const double first_deg = view.from.azimuth_deg.value_or(usual_azimuth_deg());
   for (int k = 0; k < pictures; ++k) {
     if (stop.stop_requested()) return Error{ErrorKind::kCancelled, "Stopped: nothing was written"};
     console.progress(double(k) / pictures, "drawing");

@@ -45,7 +45,7 @@ PalResult open_view(PalSession* session, const PalViewInfo* given, PalView** vie
   choices.hand = !(info.flags & PAL_VIEW_NO_HAND);
   choices.box = !(info.flags & PAL_VIEW_NO_BOX);
   choices.cut_open = (info.flags & PAL_VIEW_CUT_OPEN) != 0;
-  if (info.flags & PAL_VIEW_NO_BACKGROUND) choices.background = ViewGround::kNone;
+  if (info.flags & PAL_VIEW_NO_BACKGROUND) choices.background = PictureBackground::kNone;
   const PictureSize most{int(info.width), int(info.height)};
   auto viewer = Viewer::open(use->context()->device, choices,
                              {.most = most, .most_eyes = int(info.eye_count)});

@@ -135,138 +135,143 @@ uint64_t LiveScene::part_of(const PartSource& source, Make make) {
   return number;
 }
 
+json LiveScene::pack_frames(const MovingVolume& volume, view::ResidentFrames& frames) {
+  view::HostFrames host = view::host_frames(volume);
+  const Grid grid = grid_of_place(host.place);
+  // Maybe coarser than they are.
+  const double most = std::min(kMostVoxels, kMostFrameVoxelsLive * double(host.frames.size()));
+  const std::vector<Grid> coarser = page_grids(grid, host.frames.size(), most);
+  frames.place = coarser.empty() ? host.place : GridPlace(coarser.back());
+  frames.spacing_mm = coarser.empty() ? host.spacing_mm : coarser.back().spacing_mm;
+  frames.lowest = host.lowest;
+  frames.highest = host.highest;
+  json parts = json::array();
+  for (size_t k = 0; k < host.frames.size(); ++k) {
+    const PartSource source{volume.frames[k], 0, host.lowest, host.highest};
+    parts.push_back(part_of(source, [&] {
+      Volume values;
+      values.grid = grid;
+      values.values = smoothed(host.frames[k], host.place.size, float(host.lowest));
+      values = reduced(std::move(values), coarser);
+      const float low = float(host.lowest), scale = 1.0F / float(host.highest - host.lowest);
+      for (float& value : values.values) value = (value - low) * scale;
+      return halves(values.values);
+    }));
+  }
+  return parts;
+}
+
+json LiveScene::pack_motion(const MovingVolume& volume, const view::ResidentFrames& frames) {
+  json parts = json::array();
+  FieldPlace of;
+  const glm::dmat3 voxel_from_m = frames.place.index_from_volume;
+  const size_t count = volume.times.times_s.size();
+  if (volume.whole) {
+    const SequenceMap& map = *volume.whole;
+    of.place = map.place();
+    const double fine_bytes = 8.0 * of.bytes() * 2.0 * double(count);
+    const SequenceMap::Samples samples = map.samples(fine_bytes <= kMostFieldBytes ? 2 : 1);
+    of.place = samples.place;
+    while (of.bytes() * 2.0 * double(count) > kMostFieldBytes) ++of.stride;
+    const size_t all = samples.u_m.size() / map.basis().summands();
+    for (size_t n = 0; n < 2 * count; ++n) {
+      const TimeWeights time = map.basis().at(int(n / 2), 0.5 * double(n % 2));
+      parts.push_back(part_of({volume.whole, n, 0.0, frames.spacing_mm.x}, [&] {
+        return field_part(of, voxel_from_m,
+                          [&](size_t sample) { return sum_at(samples, time, all, sample); });
+      }));
+    }
+  } else if (!volume.motions.empty()) {
+    const auto& steps = volume.motions.front().steps;
+    for (const auto& step : steps)
+      if (step) of.place = step->place();
+    while (of.bytes() * double(steps.size()) > kMostFieldBytes) ++of.stride;
+    for (const auto& step : steps) {
+      if (!step || step->place().size != of.place.size) {
+        parts.push_back(nullptr);
+        continue;
+      }
+      parts.push_back(part_of({step, 0, 0.0, frames.spacing_mm.x}, [&] {
+        return field_part(of, voxel_from_m,
+                          [&](size_t sample) { return glm::dvec3(step->samples()[sample]); });
+      }));
+    }
+  }
+  if (of.place.size.x == 0) return nullptr;
+  const glm::dmat3 linear = of.place.index_from_volume * glm::inverse(voxel_from_m);
+  const double per = 1.0 / of.stride;
+  return {
+      {"parts", parts},
+      {"size", {of.size().x, of.size().y, of.size().z}},
+      {"from_voxel", affine(per * linear, per * (of.place.offset - linear * frames.place.offset))}};
+}
+
+uint64_t LiveScene::pack_look(const Look& look, const view::ResidentFrames& frames) {
+  return part_of({scene_, 1, 0.0, 0.0}, [&] {
+    std::vector<glm::vec4> colours(2 * size_t(kTable));
+    std::vector<uint32_t> next(static_cast<size_t>(kTable));
+    std::vector<float> levels(size_t(kTable) * size_t(kMostLevels));
+    view::fill_table(look, frames.lowest, frames.highest, colours, next, levels);
+    for (const uint32_t entry : next) colours.emplace_back(float(entry), 0.0F, 0.0F, 0.0F);
+    return std::string(reinterpret_cast<const char*>(colours.data()),
+                       colours.size() * sizeof(glm::vec4));
+  });
+}
+
+void LiveScene::pack(const ViewScene& shown, const SceneSnapshot& snapshot) {
+  const ViewVolume& drawn = shown.volumes.front();
+  const MovingVolume& volume = *drawn.data;
+  for (size_t v = 0; v < scene_->volumes.size() && volume_ < 0; ++v)
+    if (scene_->volumes[v].data == drawn.data) volume_ = int(v);
+
+  view::ResidentFrames frames;
+  const json frame_parts = pack_frames(volume, frames);
+  const json motion = pack_motion(volume, frames);
+  const uint64_t look = pack_look(drawn.look, frames);
+  // What the renderer's own functions make of the look.
+  const Eye eye;
+  const auto parameters = view::volume_parameters_of(shown, drawn, {&eye, 1}, {1, 1}, frames, 1.0);
+
+  const std::string& source = scene_->volumes[size_t(volume_)].spec.source;
+  glm::dvec3 low, high;
+  picture_.box(snapshot, low, high);
+  const FrameData& first = *volume.frames.front();
+  const auto of_vec4 = [](glm::vec4 v) { return json{v.x, v.y, v.z, v.w}; };
+  const glm::ivec3 size = frames.place.size;
+  description_ =
+      json{{"name", volume.name},
+           {"size", {size.x, size.y, size.z}},
+           {"spacing_mm", numbers(frames.spacing_mm)},
+           {"voxel_from_volume", affine(frames.place.index_from_volume, frames.place.offset)},
+           {"box_low_m", numbers(first.low_m())},
+           {"box_high_m", numbers(first.high_m())},
+           {"frames", frame_parts},
+           {"motion", motion},
+           {"whole", volume.whole != nullptr},
+           {"blends", drawn.blend_values},
+           {"times_s", volume.times.times_s},
+           {"cycle_s", volume.times.cycle_s},
+           {"look", look},
+           {"table", of_vec4(parameters.table)},
+           {"shine", of_vec4(parameters.shine)},
+           {"stretch", of_vec4(parameters.stretch)},
+           {"background", {numbers(shown.background_top), numbers(shown.background_bottom)}},
+           {"light", numbers(glm::normalize(shown.light))},
+           {"low_m", numbers(low)},
+           {"high_m", numbers(high)},
+           {"tool_m", scene_->tool_radius_m},
+           {"patient", source != "molecule" && source != "charges"}}
+          .dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
 bool LiveScene::update(std::shared_ptr<const Scene> scene, const SceneSnapshot& snapshot) {
   if (scene == scene_) return false;
   scene_ = scene;
   picture_.update(scene);
   used_.clear();
   volume_ = -1;
-  if (picture_.volumes().empty()) {
-    description_ = "null";
-  } else {
-    const Eye eye;
-    const ViewScene shown = picture_.at(snapshot, snapshot.now_ns, eye);
-    const ViewVolume& drawn = shown.volumes.front();
-    const MovingVolume& volume = *drawn.data;
-    for (size_t v = 0; v < scene->volumes.size() && volume_ < 0; ++v)
-      if (scene->volumes[v].data == drawn.data) volume_ = int(v);
-
-    // Frames, maybe coarser than they are.
-    view::HostFrames host = view::host_frames(volume);
-    Grid grid = grid_of_place(host.place);
-    const double most = std::min(kMostVoxels, kMostFrameVoxelsLive * double(host.frames.size()));
-    const std::vector<Grid> coarser = page_grids(grid, host.frames.size(), most);
-    view::ResidentFrames frames;
-    frames.place = coarser.empty() ? host.place : GridPlace(coarser.back());
-    frames.spacing_mm = coarser.empty() ? host.spacing_mm : coarser.back().spacing_mm;
-    frames.lowest = host.lowest;
-    frames.highest = host.highest;
-    json frame_parts = json::array();
-    for (size_t k = 0; k < host.frames.size(); ++k) {
-      const PartSource source{volume.frames[k], 0, host.lowest, host.highest};
-      frame_parts.push_back(part_of(source, [&] {
-        Volume values;
-        values.grid = grid;
-        values.values = smoothed(host.frames[k], host.place.size, float(host.lowest));
-        values = reduced(std::move(values), coarser);
-        const float low = float(host.lowest), scale = 1.0F / float(host.highest - host.lowest);
-        for (float& value : values.values) value = (value - low) * scale;
-        return halves(values.values);
-      }));
-    }
-
-    // Motion: a field per step, or of one motion one at each frame and midway to the next.
-    json field_parts = json::array();
-    FieldPlace of;
-    const glm::dmat3 voxel_from_m = frames.place.index_from_volume;
-    const size_t count = volume.times.times_s.size();
-    if (volume.whole) {
-      const SequenceMap& map = *volume.whole;
-      of.place = map.place();
-      const double fine_bytes = 8.0 * of.bytes() * 2.0 * double(count);
-      const int finer = fine_bytes <= kMostFieldBytes ? 2 : 1;
-      const SequenceMap::Samples samples = map.samples(finer);
-      of.place = samples.place;
-      while (of.bytes() * 2.0 * double(count) > kMostFieldBytes) ++of.stride;
-      const size_t all = samples.u_m.size() / map.basis().summands();
-      for (size_t n = 0; n < 2 * count; ++n) {
-        const TimeWeights time = map.basis().at(int(n / 2), 0.5 * double(n % 2));
-        field_parts.push_back(part_of({volume.whole, n, 0.0, frames.spacing_mm.x}, [&] {
-          return field_part(of, voxel_from_m,
-                            [&](size_t sample) { return sum_at(samples, time, all, sample); });
-        }));
-      }
-    } else if (!volume.motions.empty()) {
-      const auto& steps = volume.motions.front().steps;
-      for (const auto& step : steps)
-        if (step) of.place = step->place();
-      while (of.bytes() * double(steps.size()) > kMostFieldBytes) ++of.stride;
-      for (const auto& step : steps) {
-        if (!step || step->place().size != of.place.size) {
-          field_parts.push_back(nullptr);
-          continue;
-        }
-        field_parts.push_back(part_of({step, 0, 0.0, frames.spacing_mm.x}, [&] {
-          return field_part(of, voxel_from_m,
-                            [&](size_t sample) { return glm::dvec3(step->samples()[sample]); });
-        }));
-      }
-    }
-    json motion = nullptr;
-    if (of.place.size.x > 0) {
-      const glm::dmat3 linear = of.place.index_from_volume * glm::inverse(voxel_from_m);
-      const double per = 1.0 / of.stride;
-      motion = {{"parts", field_parts},
-                {"size", {of.size().x, of.size().y, of.size().z}},
-                {"from_voxel",
-                 affine(per * linear, per * (of.place.offset - linear * frames.place.offset))}};
-    }
-
-    // The look: what the renderer's own functions make of it.
-    const auto parameters =
-        view::volume_parameters_of(shown, drawn, {&eye, 1}, {1, 1}, frames, 1.0);
-    std::string table(3 * size_t(kTable) * sizeof(glm::vec4), '\0');
-    {
-      std::vector<glm::vec4> colours(2 * size_t(kTable));
-      std::vector<uint32_t> next(static_cast<size_t>(kTable));
-      std::vector<float> levels(size_t(kTable) * size_t(kMostLevels));
-      view::fill_table(drawn.look, frames.lowest, frames.highest, colours, next, levels);
-      for (const uint32_t entry : next) colours.emplace_back(float(entry), 0.0F, 0.0F, 0.0F);
-      std::memcpy(table.data(), colours.data(), table.size());
-    }
-    const uint64_t look = part_of({scene, 1, 0.0, 0.0}, [&] { return std::move(table); });
-
-    const std::string& source = scene->volumes[size_t(volume_)].spec.source;
-    glm::dvec3 low, high;
-    picture_.box(snapshot, low, high);
-    const FrameData& first = *volume.frames.front();
-    const auto of_vec4 = [](glm::vec4 v) { return json{v.x, v.y, v.z, v.w}; };
-    const glm::ivec3 size = frames.place.size;
-    description_ =
-        json{{"name", volume.name},
-             {"size", {size.x, size.y, size.z}},
-             {"spacing_mm", numbers(frames.spacing_mm)},
-             {"voxel_from_volume", affine(voxel_from_m, frames.place.offset)},
-             {"box_low_m", numbers(first.low_m())},
-             {"box_high_m", numbers(first.high_m())},
-             {"frames", frame_parts},
-             {"motion", motion},
-             {"whole", volume.whole != nullptr},
-             {"blends", drawn.blend_values},
-             {"times_s", volume.times.times_s},
-             {"cycle_s", volume.times.cycle_s},
-             {"look", look},
-             {"table", of_vec4(parameters.table)},
-             {"shine", of_vec4(parameters.shine)},
-             {"stretch", of_vec4(parameters.stretch)},
-             {"background", {numbers(shown.background_top), numbers(shown.background_bottom)}},
-             {"light", numbers(glm::normalize(shown.light))},
-             {"low_m", numbers(low)},
-             {"high_m", numbers(high)},
-             {"tool_m", scene->tool_radius_m},
-             {"patient", source != "molecule" && source != "charges"}}
-            .dump(-1, ' ', false, json::error_handler_t::replace);
-  }
+  description_ = "null";
+  if (!picture_.volumes().empty()) pack(picture_.at(snapshot, snapshot.now_ns, Eye()), snapshot);
   // Parts that nothing uses any more.
   numbers_ = used_;
   std::erase_if(parts_, [&](const auto& part) {

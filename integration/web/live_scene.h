@@ -3,11 +3,13 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "module/haptics/scene/scene.h"
 #include "module/haptics/scene/scene_snapshot.h"
 #include "module/session/scene_picture.h"
+#include "module/view/resident_volume.h"
 
 namespace palpate::web {
 
@@ -51,8 +53,17 @@ class LiveScene {
     double low = 0.0, high = 0.0;
     auto operator<=>(const PartSource&) const = default;
   };
+  /// The number of a part, which is made if there is none of this source.
   template <class Make>
   uint64_t part_of(const PartSource& source, Make make);
+  /// The numbers of the frames' parts; fills in where their voxels lie, and their range.
+  nlohmann::json pack_frames(const MovingVolume& volume, view::ResidentFrames& frames);
+  /// The fields: one a step, or of one motion for all times one at each frame and midway to the
+  /// next. null without motion.
+  nlohmann::json pack_motion(const MovingVolume& volume, const view::ResidentFrames& frames);
+  uint64_t pack_look(const Look& look, const view::ResidentFrames& frames);
+  /// Packs and describes the first volume of what is shown.
+  void pack(const ViewScene& shown, const SceneSnapshot& snapshot);
 
   ScenePicture picture_;
   std::shared_ptr<const Scene> scene_;

@@ -15,7 +15,8 @@ constexpr glm::dvec3 kTouch{0.25, 0.95, 1.0}, kPressed{0.10, 0.25, 1.0};
 constexpr glm::dvec3 kBoxColour{0.42, 0.46, 0.54};
 constexpr glm::dvec3 kLetters{0.80, 0.83, 0.88}, kLettersOnLight{0.16, 0.19, 0.25};
 constexpr glm::dvec3 kLightTop{0.95, 0.96, 0.97}, kLightBottom{0.84, 0.86, 0.89};  // sRGB
-constexpr double kHeightAngle = 0.55;  // vertical angle of view, rad
+constexpr glm::dvec3 kUsualDirection{0.42, 0.30, 1.0};  // towards the eye
+constexpr double kHeightAngle = 0.55;                   // vertical angle of view, rad
 constexpr double kArrow_m_per_n = 0.008;
 constexpr double kTube = 0.0006;              // m, radius if radius_m is 10 cm
 constexpr double kKeptTube = 1.6;             // factor on that for tubes that are kept
@@ -297,7 +298,7 @@ void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, dou
     add_box(scene.things, place, frame.low_m(), frame.high_m(), 0.0004 * size, kBoxColour);
     if (has_patient(v))
       add_letters(scene.things, place, frame.low_m(), frame.high_m(), eye, 0.010 * size,
-                  choices_.background == ViewGround::kLight ? kLettersOnLight : kLetters);
+                  choices_.background == PictureBackground::kLight ? kLettersOnLight : kLetters);
   }
 }
 
@@ -379,10 +380,10 @@ ViewScene ScenePicture::at(const SceneSnapshot& snapshot, int64_t display_ns, co
     volume.segment_opacity = spec(v).appearance.segments ? spec(v).appearance.segment_opacity : 0.0;
     scene.volumes.push_back(volume);
   }
-  if (choices_.background == ViewGround::kLight) {
+  if (choices_.background == PictureBackground::kLight) {
     scene.background_top = kLightTop;
     scene.background_bottom = kLightBottom;
-  } else if (choices_.background == ViewGround::kNone) {
+  } else if (choices_.background == PictureBackground::kNone) {
     scene.background_top = scene.background_bottom = glm::dvec3(0.0);
   }
   glm::dvec3 centre;
@@ -406,13 +407,16 @@ ClipPlane cut_before(const Eye& eye, glm::dvec3 touched_m, glm::dvec3 centre_m, 
   return {away, glm::dot(away, centre_m) - before_m};
 }
 
+double usual_azimuth_deg() {
+  return glm::degrees(std::atan2(kUsualDirection.x, kUsualDirection.z));
+}
+
 Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size, const SeenFrom& from) {
   constexpr double kFilled = 0.93;  // share of the picture: letters stand around the box
   const glm::dvec3 centre = 0.5 * (low_m + high_m), half = 0.5 * (high_m - low_m);
-  glm::dvec3 direction = glm::normalize(glm::dvec3(0.42, 0.30, 1.0));
+  glm::dvec3 direction = glm::normalize(kUsualDirection);
   if (from.azimuth_deg || from.elevation_deg) {
-    const double azimuth =
-        from.azimuth_deg ? glm::radians(*from.azimuth_deg) : std::atan2(direction.x, direction.z);
+    const double azimuth = glm::radians(from.azimuth_deg.value_or(usual_azimuth_deg()));
     const double elevation =
         from.elevation_deg ? glm::radians(*from.elevation_deg) : std::asin(direction.y);
     direction = {std::cos(elevation) * std::sin(azimuth), std::sin(elevation),

@@ -19,7 +19,7 @@ namespace palpate {
 
 /// What is behind a picture's volumes. kNone: nothing, so that pictures in files are transparent
 /// there; where that is not possible it is kDark.
-enum class ViewGround : uint8_t { kDark, kLight, kNone };
+enum class PictureBackground : uint8_t { kDark, kLight, kNone };
 
 /// Where a picture is seen from; not set: a little from the right and above.
 struct SeenFrom {
@@ -48,7 +48,7 @@ struct ViewChoices {
   /// surface.
   bool fingertip = false;
   double full_force_n = 4.0;
-  ViewGround background = ViewGround::kDark;
+  PictureBackground background = PictureBackground::kDark;
   SeenFrom from;
   /// How two eyes are put together; not set: one eye in a window, both side by side in files for
   /// two eyes. Not for headsets.
@@ -123,6 +123,9 @@ Status check_look(const std::string& name);
 /// the front half of the sphere around all volumes, so that it removes neither everything nor
 /// nothing.
 ClipPlane cut_before(const Eye& eye, glm::dvec3 touched_m, glm::dvec3 centre_m, double radius_m);
+
+/// The azimuth of a picture for which none is chosen, degrees.
+double usual_azimuth_deg();
 
 /// An eye in front of a box (world, m) from which, without zoom, all of it is just visible.
 Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size, const SeenFrom& from = {});

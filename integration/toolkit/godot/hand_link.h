@@ -2,6 +2,7 @@
 
 #include <palpate.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
