@@ -2,6 +2,7 @@
 
 #include <glm/glm.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -64,7 +65,10 @@ class Recorder {
   void stamp(const std::string& name);
 
   /// The command buffer, for commands that this class does not offer; the caller adds barriers.
-  VkCommandBuffer commands() const { return commands_; }
+  VkCommandBuffer commands() {
+    transferred_ = true;
+    return commands_;
+  }
 
   /// Runs the whole list and waits. May be called again.
   void run();
@@ -79,8 +83,10 @@ class Recorder {
   std::vector<TimerStamp> timestamps();
 
  private:
-  void bind(const Kernel& kernel, const std::vector<Binding>& bindings, const void* push);
-  void barrier();
+  enum class Use { kDispatch, kIndirectDispatch, kTransfer };
+  void bind(const Kernel& kernel, const std::vector<Binding>& bindings, const void* push, Use use);
+  /// Lets the next command wait for all before it, and see what they wrote.
+  void barrier(Use next);
   void finish();
 
   std::shared_ptr<Context> context_;
@@ -93,6 +99,8 @@ class Recorder {
   uint32_t max_dispatches_ = 0, dispatches_left_ = 0;
   bool recording_ = true;
   bool concurrent_ = false;
+  std::optional<Use> waited_;  // by a command of this kind, in the concurrent part
+  bool transferred_ = true;    // copies may have run since the last barrier that waits for them
   bool pending_ = false;
 };
 
