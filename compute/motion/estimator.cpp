@@ -118,7 +118,7 @@ class Worker final : public SequenceEstimator {
       scale_ = intensity_scale(frame);
       noise_ = noise_floor(frame, scale_, plan_.options.noise);
     });
-    HalfVolume values = scaled_halves(frame, scale_);
+    HalfVolume values = scaled_halves(frame, scale_, take_spare());
 
     std::unique_lock lock(mutex_);
     if (last_pushed_ && frame_index <= *last_pushed_) {
@@ -136,6 +136,7 @@ class Worker final : public SequenceEstimator {
     last_pushed_ = frame_index;
     waiting_.push_back({frame_index, std::move(values)});
     if (options_.backlog > 0 && waiting_.size() > options_.backlog) {
+      spare_.push_back(std::move(waiting_.front().values));
       waiting_.pop_front();
       ++dropped_;
     }
@@ -147,6 +148,7 @@ class Worker final : public SequenceEstimator {
     {
       const std::lock_guard lock(mutex_);
       ended_ = true;
+      spare_.clear();
       changed_.notify_all();
     }
     {
@@ -175,6 +177,20 @@ class Worker final : public SequenceEstimator {
   }
 
  private:
+  /// Memory of a frame that has been prepared, for the next one.
+  HalfVolume take_spare() {
+    const std::lock_guard lock(mutex_);
+    if (spare_.empty()) return {};
+    HalfVolume spare = std::move(spare_.back());
+    spare_.pop_back();
+    return spare;
+  }
+
+  void give_spare(HalfVolume values) {
+    const std::lock_guard lock(mutex_);
+    if (!ended_) spare_.push_back(std::move(values));
+  }
+
   uint64_t backward_bytes() const { return backward_plan_ ? solver_bytes(*backward_plan_) : 0; }
 
   /// The backward field is left out if it does not fit, or would cost the step for sliding borders
@@ -223,7 +239,11 @@ class Worker final : public SequenceEstimator {
     result.index = frame.index;
     result.pyramid = reuse ? std::move(reuse) : std::make_unique<FramePyramid>(context_, plan_);
     builder_->build(frame.values, noise_, *result.pyramid);
-    if (std::isfinite(region_.reach_mm)) result.values = std::move(frame.values);
+    if (std::isfinite(region_.reach_mm)) {
+      result.values = std::move(frame.values);
+    } else {
+      give_spare(std::move(frame.values));
+    }
     result.prepare_seconds = seconds_since(start);
     return result;
   }
@@ -326,6 +346,7 @@ class Worker final : public SequenceEstimator {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<WaitingFrame> waiting_;
+  std::vector<HalfVolume> spare_;  // memory for frames to come
   std::optional<size_t> last_pushed_;
   std::optional<Error> error_;
   bool ended_ = false;    // no more frames will come

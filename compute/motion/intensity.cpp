@@ -37,16 +37,18 @@ IntensityScale intensity_scale(const Volume& volume) {
   const size_t step = std::max<size_t>(1, volume.values.size() / kSamples);
   std::vector<float> sampled((volume.values.size() + step - 1) / step);
   // In a large frame nearly every sample is a cache miss.
-  parallel_ranges(int(sampled.size()), 30.0, [&](int begin, int end) {
+  const double cost = step > 16 ? 30.0 : 2.0;
+  parallel_ranges(int(sampled.size()), cost, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) sampled[size_t(i)] = volume.values[size_t(i) * step];
   });
-  const auto quantile = [&](double q) {
-    return kth_smallest(sampled, size_t(q * double(sampled.size() - 1)));
-  };
-  const float low = quantile(0.01), high = quantile(0.99);
-  const auto [smallest, largest] = std::minmax_element(sampled.begin(), sampled.end());
-  // A small bright object in an empty frame: the percentiles coincide, the extremes do not.
-  const float range = high > low ? high - low : *largest - *smallest;
+  const auto last = double(sampled.size() - 1);
+  const auto [low, high] = at_ranks<2>(sampled, {size_t(0.01 * last), size_t(0.99 * last)});
+  float range = high - low;
+  if (!(high > low)) {
+    // A small bright object in an empty frame: the percentiles coincide, the extremes do not.
+    const auto [smallest, largest] = std::minmax_element(sampled.begin(), sampled.end());
+    range = *largest - *smallest;
+  }
   return {low, range > 0.0F ? 1.0F / range : 1.0F};
 }
 
@@ -56,9 +58,10 @@ double noise_floor(const Volume& volume, const IntensityScale& scale, double ask
   return std::clamp(measured, kSmallestFloor, kLargestFloor);
 }
 
-HalfVolume scaled_halves(const Volume& volume, const IntensityScale& scale) {
+HalfVolume scaled_halves(const Volume& volume, const IntensityScale& scale, HalfVolume reuse) {
   const size_t n = volume.values.size();
-  HalfVolume result{std::make_unique_for_overwrite<uint16_t[]>(n), n};
+  HalfVolume result = std::move(reuse);
+  if (result.count != n) result = {std::make_unique_for_overwrite<uint16_t[]>(n), n};
   const float* from = volume.values.data();
   uint16_t* to = result.bits.get();
   constexpr size_t kPart = 1 << 16;

@@ -34,6 +34,8 @@ struct HalfVolume {
   size_t count = 0;
 };
 
-HalfVolume scaled_halves(const Volume& volume, const IntensityScale& scale);
+/// `reuse`: memory that is no longer needed, taken if it has the right size: the system gives new
+/// memory page by page, which takes longer than the conversion. Any thread.
+HalfVolume scaled_halves(const Volume& volume, const IntensityScale& scale, HalfVolume reuse = {});
 
 }  // namespace palpate

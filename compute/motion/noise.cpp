@@ -67,7 +67,7 @@ double noise_sd(const Volume& volume) {
   });
   std::erase(magnitudes, kNone);
   if (magnitudes.empty()) return 0.0;
-  return 1.4826 * double(kth_smallest(magnitudes, magnitudes.size() / 2)) / gain;
+  return 1.4826 * double(at_ranks<1>(magnitudes, {magnitudes.size() / 2})[0]) / gain;
 }
 
 std::optional<double> noise_left(std::vector<CellLeft> cells) {

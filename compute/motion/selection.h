@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cassert>
 #include <cstddef>
@@ -10,27 +11,37 @@
 
 namespace palpate {
 
-/// The k-th smallest value, k from 0: the same as std::nth_element, in a fraction of its time. Maps
-/// values to integers of the same order, counts them by their leading 16 bits, and sorts only the
-/// group that contains the k-th. NaNs are larger than infinity. k < values.size(). Any thread.
-inline float kth_smallest(std::span<const float> values, size_t k) {
-  assert(k < values.size());
+/// The values at these ranks, from 0, in rising order: the same as std::nth_element for each, in a
+/// fraction of its time. Maps values to integers of the same order, counts them once by their
+/// leading 16 bits, and sorts only the groups that contain a rank. NaNs are larger than infinity.
+/// Every rank < values.size(). Any thread.
+template <size_t N>
+std::array<float, N> at_ranks(std::span<const float> values, const std::array<size_t, N>& ranks) {
   const auto key = [](float value) {
     const auto bits = std::bit_cast<uint32_t>(value);
     return bits & 0x80000000U ? ~bits : bits | 0x80000000U;
   };
-  std::vector<uint32_t> counts(1 << 16);
-  for (const float value : values) ++counts[key(value) >> 16];
-  uint32_t bin = 0;
-  while (k >= counts[bin]) k -= counts[bin++];
-  std::vector<float> inside;
-  inside.reserve(counts[bin]);
-  for (const float value : values)
-    if (key(value) >> 16 == bin) inside.push_back(value);
-  const auto at = inside.begin() + std::ptrdiff_t(k);
-  std::nth_element(inside.begin(), at, inside.end(),
-                   [&](float a, float b) { return key(a) < key(b); });
-  return *at;
+  // Two counters for each group, in turn: neighbouring values are often in one group, and each
+  // addition to a counter waits for the one before.
+  constexpr size_t kGroups = 1 << 16;
+  std::vector<uint32_t> counts(2 * kGroups);
+  for (size_t i = 0; i < values.size(); ++i) ++counts[i % 2 * kGroups + (key(values[i]) >> 16)];
+  for (size_t g = 0; g < kGroups; ++g) counts[g] += counts[kGroups + g];
+  std::array<float, N> result;
+  for (size_t n = 0; n < N; ++n) {
+    size_t rank = ranks[n];
+    assert(rank < values.size());
+    uint32_t group = 0;
+    while (rank >= counts[group]) rank -= counts[group++];
+    std::vector<uint32_t> inside;
+    inside.reserve(counts[group]);
+    for (const float value : values)
+      if (key(value) >> 16 == group) inside.push_back(key(value));
+    const auto at = inside.begin() + std::ptrdiff_t(rank);
+    std::nth_element(inside.begin(), at, inside.end());
+    result[n] = std::bit_cast<float>(*at & 0x80000000U ? *at & 0x7fffffffU : ~*at);
+  }
+  return result;
 }
 
 }  // namespace palpate

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
-#include <set>
 
 #include <glm/gtc/packing.hpp>
 
@@ -29,13 +28,20 @@ constexpr float kChoiceWidth = 0.02F;  // rho: width of the transition between t
 constexpr double kCoarserSigma = 1.0;
 constexpr int kDispatchesPerIteration = 24;  // without the filter's steps, two each
 
-/// What noise leaves on a level, see noise_left(); `unknown` if there are too few cells.
-double noise_of(const std::vector<glm::vec4>& left, double unknown) {
+// cells from which noise is told: more would not change its first two digits
+constexpr size_t kNoiseCells = 1 << 16;
+
+/// What noise leaves on a level, see noise_left(). Empty if there are too few cells.
+std::optional<double> noise_of(std::span<const uint64_t> left) {
+  // An odd stride, so that it is no multiple of an even row length.
+  const size_t every = left.size() / kNoiseCells | 1U;
   std::vector<CellLeft> cells;
-  cells.reserve(left.size());
-  for (const glm::vec4& e : left)
+  cells.reserve(left.size() / every + 1);
+  for (size_t c = 0; c < left.size(); c += every) {
+    const glm::vec4 e = glm::unpackHalf4x16(left[c]);
     if (e.z > 0.5F) cells.push_back({e.w / e.z, e.y / e.z});
-  return noise_left(std::move(cells)).value_or(unknown);
+  }
+  return noise_left(std::move(cells));
 }
 
 // Step of the projected dual ascent: 1 / (largest eigenvalue of D D^T), which is 4 per axis with
@@ -87,7 +93,7 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
       plan_(plan),
       download_(context_, plan.field.count() * sizeof(glm::vec4),
                 vulkan::Buffer::Kind::kHostVisible),
-      recorder_(context_, uint32_t(64 + 2 * plan.slabs * plan.slabs)),
+      recorder_(context_, uint32_t(64 + 4 * plan.slabs * plan.slabs)),
       batch_(context_, uint32_t(kBatch * (kDispatchesPerIteration + 2 * plan.options.filter_steps +
                                           plan.slabs * plan.slabs) +
                                 2)) {
@@ -99,8 +105,12 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
   size_t most_bricks = 1;
   for (const LevelPlan& level : plan_.levels)
     most_bricks = std::max(most_bricks, all_bricks(level.cells).size());
-  active_list_ =
-      vulkan::Buffer(context_, most_bricks * sizeof(uint32_t), vulkan::Buffer::Kind::kFilledByHost);
+  // A level activates at most these before the host waits: the coarser level's bricks, those of
+  // each search, those put back to rest, its own.
+  for (size_t k = 0; k < starts_.size() + 3; ++k) {
+    lists_.emplace_back(context_, most_bricks * sizeof(uint32_t),
+                        vulkan::Buffer::Kind::kFilledByHost);
+  }
   measures_ = vulkan::Buffer(context_, most_bricks * sizeof(BrickMeasure));
   counts_ =
       vulkan::Buffer(context_, most_bricks * sizeof(uint32_t), vulkan::Buffer::Kind::kHostVisible);
@@ -141,36 +151,40 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
 }
 
 void PairSolver::activate(BrickList bricks) {
-  std::copy(bricks.begin(), bricks.end(), active_list_.as<uint32_t>().begin());
+  list_ = (list_ + 1) % lists_.size();
+  std::copy(bricks.begin(), bricks.end(), lists_[list_].as<uint32_t>().begin());
   active_ = std::move(bricks);
 }
 
-/// Starts a level: its field is that of the coarser level, or zero; the dual variables of the
-/// filter are cleared.
+/// Begins to record a level: its field is that of the coarser level, or zero; the dual variables of
+/// the filter are cleared.
 void PairSolver::begin_level(size_t l) {
   LevelImages& images = levels_[l];
-  if (yields(plan_, l)) noise_ = noise_of(left_on(l + 1), kAllIsNoise);
+  const bool coarsest = l + 1 == plan_.levels.size();
   recorder_.restart();
   if (yields(plan_, l)) {
     activate(all_bricks(plan_.levels[l + 1].cells));
     record_coarser(recorder_, l);
-    for (const vulkan::Image& wide : images.wide) recorder_.clear(wide);
   }
+  recorder_.begin_concurrent();
+  if (yields(plan_, l))
+    for (const vulkan::Image& wide : images.wide) recorder_.clear(wide);
   for (const vulkan::Image& dual : images.dual) recorder_.clear(dual);
   for (const vulkan::Image& equations : images.equations) recorder_.clear(equations);
   for (const vulkan::Image& smoothed : images.smoothed) recorder_.clear(smoothed);
-  if (l + 1 == plan_.levels.size()) {
+  if (coarsest) {
     recorder_.clear(images.field);
     recorder_.clear(images.ahead);
     recorder_.clear(images.seen);
-  } else {
+  }
+  recorder_.end_concurrent();
+  if (!coarsest) {
     const LevelPlan& from = plan_.levels[l + 1];
     const glm::ivec3 voxels = from.cell * from.ratio;
     const vulkan::Image& field = levels_[l + 1].field;
     record_upsampled(recorder_, l, field, from.cells, voxels, images.field, images.ahead);
     record_upsampled(recorder_, l, field, from.cells, voxels, images.seen, images.primal);
   }
-  recorder_.run();
 }
 
 /// Interpolates a field on coarser cells, `from_cell` voxels of level l wide, to the cells of level
@@ -187,37 +201,48 @@ void PairSolver::record_upsampled(vulkan::Recorder& recorder, size_t l, const vu
                     {(level.cells.x + 63) / 64, level.cells.y, level.cells.z});
 }
 
-/// What a level leaves at its end: (-, r^2, w, q) of each cell, see normal_equations.comp.
-std::vector<glm::vec4> PairSolver::left_on(size_t l) {
-  const glm::ivec3 cells = plan_.levels[l].cells;
-  const size_t count = size_t(cells.x) * size_t(cells.y) * size_t(cells.z);
+/// Copies what a level leaves to where left_on() reads it.
+void PairSolver::record_left(vulkan::Recorder& recorder, size_t l) {
   // The buffer of the download is larger and not yet in use.
-  assert(count * sizeof(uint64_t) <= download_.bytes());
-  recorder_.restart();
-  recorder_.copy(windowed(l)[2], download_);
-  recorder_.run();
-  std::vector<glm::vec4> left(count);
-  const auto texels = download_.as<uint64_t>();
-  for (size_t i = 0; i < count; ++i) left[i] = glm::unpackHalf4x16(texels[i]);
-  return left;
+  assert(windowed(l)[2].count() * sizeof(uint64_t) <= download_.bytes());
+  recorder.copy(windowed(l)[2], download_);
+  left_level_ = l;
 }
 
-/// The cells of a level in which it leaves more unexplained than noise.
-std::vector<glm::ivec3> PairSolver::unexplained(size_t l) {
+/// What a level leaves at its end; valid until that of another level is asked for.
+PairSolver::Left PairSolver::left_on(size_t l) {
+  if (left_level_ != l) {
+    recorder_.restart();
+    record_left(recorder_, l);
+    recorder_.run();
+  }
+  return download_.as<uint64_t>().first(windowed(l)[2].count());
+}
+
+/// The cells of a level in which it leaves more unexplained than yield.noise times `noise`.
+std::vector<glm::ivec3> PairSolver::unexplained(size_t l, Left left, double noise) const {
+  constexpr double kCost = 20.0;  // elementary steps for a cell
   const glm::ivec3 n = plan_.levels[l].cells;
   const YieldOptions& yield = plan_.options.yield;
-  const std::vector<glm::vec4> left = left_on(l);
-  // If the noise can not be measured it is taken as 0: an unnecessary search only costs time.
-  const double noise = yield.noise * noise_of(left, 0.0);
+  const auto is_left = [&](uint64_t texel) {
+    const glm::vec4 e = glm::unpackHalf4x16(texel);
+    const double beyond = e.y - yield.noise * noise * std::max(0.0F, e.z - e.w);
+    return e.z >= kLeastCounted &&
+           beyond > plan_.options.search_above * (2.0 * e.w + yield.flat * e.z);
+  };
+  const size_t slice = size_t(n.x) * size_t(n.y);
+  std::vector<std::vector<glm::ivec3>> of_slice(size_t(n.z));
+  parallel_ranges(n.z, kCost * double(slice), [&](int begin, int end) {
+    for (int z = begin; z < end; ++z) {
+      const uint64_t* texel = &left[size_t(z) * slice];
+      for (int y = 0; y < n.y; ++y)
+        for (int x = 0; x < n.x; ++x, ++texel)
+          if (is_left(*texel)) of_slice[size_t(z)].emplace_back(x, y, z);
+    }
+  });
   std::vector<glm::ivec3> cells;
-  for (size_t c = 0; c < left.size(); ++c) {
-    const glm::vec4& e = left[c];
-    const double beyond = e.y - noise * std::max(0.0F, e.z - e.w);
-    if (e.z < kLeastCounted ||
-        beyond <= plan_.options.search_above * (2.0 * e.w + yield.flat * e.z))
-      continue;
-    cells.emplace_back(int(c) % n.x, int(c) / n.x % n.y, int(c) / (n.x * n.y));
-  }
+  for (const std::vector<glm::ivec3>& some : of_slice)
+    cells.insert(cells.end(), some.begin(), some.end());
   return cells;
 }
 
@@ -246,21 +271,25 @@ BrickList PairSolver::bricks_at(const std::vector<glm::ivec3>& cells, size_t l) 
   const LevelPlan& from = plan_.levels[l + 1];
   const LevelPlan& to = plan_.levels[l];
   const glm::ivec3 voxels = from.cell * from.ratio;
-  std::set<uint32_t> wanted;
+  const glm::ivec3 n = brick_count(to.cells);
+  const auto at = [&](glm::ivec3 brick) {
+    return size_t(brick.x) + size_t(n.x) * (size_t(brick.y) + size_t(n.y) * size_t(brick.z));
+  };
+  std::vector<bool> wanted(at(n - 1) + 1);
   for (const glm::ivec3 cell : cells) {
     const glm::ivec3 end = ((cell + 1) * voxels + to.cell - 1) / to.cell;
     for (const uint32_t brick : bricks_over(cell * voxels / to.cell, glm::min(end, to.cells)))
-      wanted.insert(brick);
+      wanted[at(unpacked(brick))] = true;
   }
   BrickList result;
   std::copy_if(bricks_[l].begin(), bricks_[l].end(), std::back_inserter(result),
-               [&](uint32_t brick) { return wanted.contains(brick); });
+               [&](uint32_t brick) { return wanted[at(unpacked(brick))]; });
   return result;
 }
 
-/// Takes another field, which `record_other` writes to `primal` and `ahead`, in these bricks where
-/// the frames then match better than with the present one. gain: what rho must fall by for nothing
-/// and for all of it to be taken.
+/// Records to take another field, which `record_other` writes to `primal` and `ahead`, in these
+/// bricks where the frames then match better than with the present one. gain: what rho must fall by
+/// for nothing and for all of it to be taken.
 void PairSolver::choose(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
                         BrickList bricks, glm::vec2 gain,
                         const std::function<void()>& record_other) {
@@ -272,10 +301,9 @@ void PairSolver::choose(size_t l, const FramePyramid& fixed, const FramePyramid&
   if (passes == 0 || bricks.empty()) return;
   activate(std::move(bricks));
   const vulkan::Sampler& nearest = kernels_->nearest();
-  recorder_.restart();
   const auto left = [&](const vulkan::Image& first, const vulkan::Image& second) {
     record_equations(recorder_, l, fixed, moving, -1);
-    record_gauss(recorder_, *kernels_, active_list_, brick_groups(active_), sigma,
+    record_gauss(recorder_, *kernels_, active_list(), brick_groups(active_), sigma,
                  {&i.equations[2]}, {&first}, {&second});
     return passes % 2 == 1 ? &first : &second;
   };
@@ -284,7 +312,7 @@ void PairSolver::choose(size_t l, const FramePyramid& fixed, const FramePyramid&
   const vulkan::Image* other = left(i.smoothed[0], i.smoothed[1]);
   recorder_.dispatch(
       kernels_->choose(),
-      {active_list_,
+      {active_list(),
        {*now, nearest},
        {*other, nearest},
        {i.field, nearest},
@@ -300,14 +328,15 @@ void PairSolver::choose(size_t l, const FramePyramid& fixed, const FramePyramid&
                        shaders::UpsamplePush{wide(level.cells), wide(level.cells),
                                              glm::vec4(1, 1, 1, 0), glm::vec4(0)},
                        {(level.cells.x + 63) / 64, level.cells.y, level.cells.z});
+  recorder_.begin_concurrent();
   for (const vulkan::Image& dual : i.dual) recorder_.clear(dual);
   for (const vulkan::Image& equations : i.equations) recorder_.clear(equations);
   for (const vulkan::Image& smoothed : i.smoothed) recorder_.clear(smoothed);
-  recorder_.run();
+  recorder_.end_concurrent();
 }
 
-/// Searches for larger motion at these cells of level l + 1, and takes it where the frames then
-/// match better on level l than with the field that was just interpolated.
+/// Searches for larger motion at these cells of level l + 1, and records to take it where the
+/// frames then match better on level l than with the field interpolated from there.
 double PairSolver::search(size_t l, DiscreteStart& start, const std::vector<glm::ivec3>& cells,
                           const FramePyramid& fixed, const FramePyramid& moving) {
   const SearchPlan& search = start.search();
@@ -322,8 +351,8 @@ double PairSolver::search(size_t l, DiscreteStart& start, const std::vector<glm:
   return double(nodes.size()) * labels;
 }
 
-/// Puts back to rest what level l + 1 dragged along: where it left something unexplained, and the
-/// frames match better without any motion than with the field.
+/// Records to put back to rest what level l + 1 dragged along: where it left something unexplained,
+/// and the frames match better without any motion than with the field.
 void PairSolver::rest(size_t l, const std::vector<glm::ivec3>& cells, const FramePyramid& fixed,
                       const FramePyramid& moving) {
   choose(l, fixed, moving, bricks_at(cells, l), {0.0F, 2.0F * kChoiceWidth}, [&] {
@@ -332,9 +361,10 @@ void PairSolver::rest(size_t l, const std::vector<glm::ivec3>& cells, const Fram
   });
 }
 
-/// The first iteration covers all bricks that the mask leaves and is measured alone: it finds the
-/// bricks that do not move or show nothing. After that every batch drops the bricks that have come
-/// to rest; the level ends when none is left.
+/// Runs what was recorded for the beginning of the level, and its iterations. The first iteration
+/// covers all bricks that the mask leaves and is measured alone: it finds the bricks that do not
+/// move or show nothing. After that every batch drops the bricks that have come to rest; the level
+/// ends when none is left.
 bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
                          const std::stop_token& stop, LevelReport& report,
                          const std::function<void(int)>& done) {
@@ -343,13 +373,16 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
   const bool prunes = plan_.options.converged > 0.0;
   const bool bounded = std::isfinite(moving.reach_mm());
   const auto all = double(all_bricks(level.cells).size());
+  recorder_.start();
   activate(bricks_[l]);
   int batch_size = 0;  // iterations recorded for the active bricks
   while (report.iterations < wanted && !stop.stop_requested() && !active_.empty()) {
     const int size =
         std::min(prunes && report.iterations == 0 ? 1 : kBatch, wanted - report.iterations);
-    // The commands of a batch are recorded once and run again while the same bricks are active.
-    if (size != batch_size) {
+    // The commands of a batch are recorded once and run again while the same bricks are active. The
+    // last one also brings what the level leaves.
+    const bool last = report.iterations + size == wanted && int(l) > plan_.options.finest_level;
+    if (size != batch_size || last) {
       batch_.restart();
       for (int k = 0; k < size; ++k) {
         // Odd and even voxels alternate, except in the first iteration, which decides what rests.
@@ -357,6 +390,7 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
         record_iteration(batch_, l, fixed, moving, colour);
       }
       if (prunes || bounded) record_measure(batch_, l);
+      if (last) record_left(batch_, l);
       batch_size = size;
     }
     batch_.run();
@@ -389,11 +423,11 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
 void PairSolver::repair(size_t l, SolveReport& report) {
   LevelImages& images = levels_[l];
   repair_folds(recorder_, *kernels_, plan_.levels[l], plan_.options.min_determinant, 0,
-               {images.field, images.primal, images.flags, active_list_, counts_},
+               {images.field, images.primal, images.flags, active_list(), counts_},
                all_bricks(plan_.levels[l].cells), report);
 }
 
-/// Computes the confidence and writes the field with it into `primal`.
+/// Records to compute the confidence and to write the field with it into `primal`.
 void PairSolver::judge(size_t l) {
   const LevelPlan& level = plan_.levels[l];
   const YieldOptions& yield = plan_.options.yield;
@@ -408,7 +442,7 @@ void PairSolver::judge(size_t l) {
   const vulkan::Sampler& nearest = kernels_->nearest();
   recorder_.dispatch(
       kernels_->confidence(),
-      {active_list_,
+      {active_list(),
        {equations[0], nearest},
        {equations[1], nearest},
        {equations[2], nearest},
@@ -422,7 +456,6 @@ void PairSolver::judge(size_t l) {
           {float(yield.noise * noise_), float(yield.flat),
            float(std::pow(plan_.options.damping / level.h_mm, 2)), two ? 1.0F : 0.0F}},
       slice_groups(active_));
-  recorder_.run();
 }
 
 std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const FramePyramid& moving,
@@ -434,6 +467,7 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
   };
   const auto begin = Clock::now();
   SolveReport report;
+  left_level_.reset();
   const auto finest = size_t(plan_.options.finest_level);
   const size_t levels = plan_.levels.size();
   // Work is counted in image voxels visited.
@@ -449,10 +483,14 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
     const auto level_begin = Clock::now();
     LevelReport& level = report.levels.emplace_back();
     level.h_mm = plan_.levels[l].h_mm;
-    begin_level(l);
     // From the coarser level: what it does not explain is searched for, what rests is left out.
+    const Left left = l + 1 < levels ? left_on(l + 1) : Left();
+    const std::optional<double> noise = noise_of(left);
+    if (yields(plan_, l)) noise_ = noise.value_or(kAllIsNoise);
+    begin_level(l);
     if (l + 1 < levels) {
-      const std::vector<glm::ivec3> cells = unexplained(l + 1);
+      // If the noise can not be measured it is taken as 0: an unnecessary search only costs time.
+      const std::vector<glm::ivec3> cells = unexplained(l + 1, left, noise.value_or(0.0));
       for (const std::unique_ptr<DiscreteStart>& start : starts_) {
         if (l + 1 != start->search().level) continue;
         level.searched = search(l, *start, cells, fixed, moving);
@@ -480,10 +518,11 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
   judge(finest);
   const vulkan::Image* result = &levels_[finest].primal;
   if (sliding_) {
+    recorder_.run();
     if (!sliding_->solve(fixed, moving, *result, stop, report)) return std::nullopt;
     result = &sliding_->field();
+    recorder_.restart();
   }
-  recorder_.restart();
   recorder_.copy(*result, download_);
   recorder_.run();
   report.seconds = since(begin);
@@ -539,7 +578,7 @@ void PairSolver::record_coarser(vulkan::Recorder& recorder, size_t l) {
   LevelImages& i = levels_[l + 1];
   const vulkan::Image& left = windowed(l + 1)[2];
   const glm::dvec3 sigma(kCoarserSigma);
-  record_gauss(recorder, *kernels_, active_list_, brick_groups(active_), sigma, {&left},
+  record_gauss(recorder, *kernels_, active_list(), brick_groups(active_), sigma, {&left},
                {&i.dual[0]}, {&i.dual[1]});
   const int passes = gauss_passes(from.cells, sigma);
   const vulkan::Image& smooth = passes == 0 ? left : passes % 2 == 1 ? i.dual[0] : i.dual[1];
@@ -564,7 +603,7 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l) {
        float(plan_.options.huber_mm), float(plan_.options.momentum)}};
   const auto primal = [&](bool last) {
     recorder.dispatch(kernels_->tv_primal(last),
-                      {active_list_,
+                      {active_list(),
                        {i.composed, nearest},
                        {i.dual[0], nearest},
                        {i.dual[1], nearest},
@@ -579,7 +618,7 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l) {
   for (int step = 0; step < plan_.options.filter_steps; ++step) {
     primal(false);
     recorder.dispatch(kernels_->tv_dual(),
-                      {active_list_,
+                      {active_list(),
                        {i.primal, nearest},
                        {i.dual[0], nearest},
                        {i.dual[1], nearest},
@@ -603,7 +642,7 @@ void PairSolver::record_equations(vulkan::Recorder& recorder, size_t l, const Fr
   const auto dispatch = [&](const vulkan::Image& f, const vulkan::Image& m,
                             const shaders::NormalEquationsPush& push) {
     recorder.dispatch(kernels_->normal_equations(level.cell),
-                      {active_list_,
+                      {active_list(),
                        {f, nearest},
                        {m, kernels_->linear()},
                        {i.ahead, nearest},
@@ -661,12 +700,12 @@ void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, int colour) {
     return Images{&images[0], &images[1], &images[2]};
   };
   const bool two = yields(plan_, l);
-  record_gauss(recorder, *kernels_, active_list_, brick_groups(active_),
+  record_gauss(recorder, *kernels_, active_list(), brick_groups(active_),
                window_sigma(level, two ? yield.window : level.options.window), all(i.equations),
                all(i.smoothed));
   const vulkan::Image* n = narrow(l);
   if (two) {
-    record_gauss(recorder, *kernels_, active_list_, brick_groups(active_),
+    record_gauss(recorder, *kernels_, active_list(), brick_groups(active_),
                  widening_sigma(level, yield.window), all(n), all(i.wide),
                  all(n == i.smoothed ? i.equations : i.smoothed));
   }
@@ -677,7 +716,7 @@ void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, int colour) {
   const auto largest_mm = float(plan_.options.largest_step * level.h_mm);
   if (!two) {
     recorder.dispatch(kernels_->update(),
-                      {active_list_,
+                      {active_list(),
                        {w[0], nearest},
                        {w[1], nearest},
                        {w[2], nearest},
@@ -695,7 +734,7 @@ void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, int colour) {
   const double voxels = window_voxels(level, yield.window) * (colour < 0 ? 1.0 : 0.5);
   recorder.dispatch(
       kernels_->update_two(),
-      {active_list_,
+      {active_list(),
        {w[0], nearest},
        {w[1], nearest},
        {w[2], nearest},
@@ -722,7 +761,7 @@ void PairSolver::record_measure(vulkan::Recorder& recorder, size_t l) {
   const uint64_t bytes = active_.size() * sizeof(BrickMeasure);
   recorder.fill(measures_, 0, bytes);
   recorder.dispatch(kernels_->measure(),
-                    {active_list_,
+                    {active_list(),
                      {i.field, kernels_->nearest()},
                      {i.seen, kernels_->nearest()},
                      i.seen,

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <vector>
 
@@ -52,6 +53,9 @@ class PairSolver : public FieldSolver {
   void download(Field& field, Confidence& confidence) override;
 
  private:
+  /// What a level leaves at its end: (-, r^2, w, q) of each cell as fp16, see
+  /// normal_equations.comp.
+  using Left = std::span<const uint64_t>;
   /// Images of one level, all of the size of its field.
   struct LevelImages {
     vulkan::Image field, ahead, composed, primal, seen, flags;
@@ -60,18 +64,19 @@ class PairSolver : public FieldSolver {
     // level left of them.
     vulkan::Image wide[3], coarser;
   };
-  /// Makes `bricks` the active ones for what follows. The device must have finished with the
-  /// former ones.
+  /// Makes `bricks` the active ones for what follows.
   void activate(BrickList bricks);
+  vulkan::Buffer& active_list() { return lists_[list_]; }
   const vulkan::Image* narrow(size_t l) const;
   const vulkan::Image* windowed(size_t l) const;
-  std::vector<glm::vec4> left_on(size_t l);
+  void record_left(vulkan::Recorder& recorder, size_t l);
+  Left left_on(size_t l);
   void record_coarser(vulkan::Recorder& recorder, size_t l);
   void begin_level(size_t l);
   void record_upsampled(vulkan::Recorder& recorder, size_t l, const vulkan::Image& from,
                         glm::ivec3 from_cells, glm::ivec3 from_cell, const vulkan::Image& to,
                         const vulkan::Image& to_as_well);
-  std::vector<glm::ivec3> unexplained(size_t l);
+  std::vector<glm::ivec3> unexplained(size_t l, Left left, double noise) const;
   std::vector<uint32_t> nodes_at(const std::vector<glm::ivec3>& cells,
                                  const SearchPlan& search) const;
   BrickList bricks_at(const std::vector<glm::ivec3>& cells, size_t l) const;
@@ -105,15 +110,19 @@ class PairSolver : public FieldSolver {
   DiscreteStart::Costs costs_;
   std::unique_ptr<SlidingBorders> sliding_;  // null if the plan does not contain it
   BrickList active_;                         // the bricks in work
-  vulkan::Buffer active_list_;               // the same on the device
+  // The same on the device, and lists that were active before: work that still runs reads them.
+  std::vector<vulkan::Buffer> lists_;
+  size_t list_ = 0;
   vulkan::Buffer measures_, read_measures_;  // BrickMeasure of each, on the device and here
   // slabs of the finest images, copied to the device for one dispatch
   vulkan::Image fixed_slab_, moving_slab_;
-  double noise_ = 0.0;     // r^2 that noise leaves on the level above one that yields
-  vulkan::Buffer counts_;  // number of folded cells of each brick
+  double noise_ = 0.0;                // r^2 that noise leaves on the level above one that yields
+  std::optional<size_t> left_level_;  // whose unexplained difference is in download_
+  vulkan::Buffer counts_;             // number of folded cells of each brick
   vulkan::Buffer download_;
   // Reused, since creating command buffers and their pools takes longer than running them on a GPU.
-  // One for work that runs once, one for iterations.
+  // One for work that runs once, one for iterations. The first is started without waiting where the
+  // second follows: on a GPU waiting takes as long as 20 steps.
   vulkan::Recorder recorder_, batch_;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <thread>
 #include <vector>
@@ -8,14 +9,16 @@
 namespace palpate {
 
 /// Calls work(begin, end) on disjoint ranges that cover [0, count), on as many threads as the
-/// machine has, and returns when all are done. `cost` is the work of one item in elementary steps
-/// (an addition or so): small jobs run on the calling thread, because starting a thread costs tens
-/// of microseconds. work must not throw. Any thread.
+/// machine has or fewer, and returns when all are done. `cost` is the work of one item in
+/// elementary steps (an addition or so): small jobs run on the calling thread, and no job on so
+/// many threads that starting them takes longer than their work. work must not throw. Any thread.
 template <class Work>
 void parallel_ranges(int count, double cost, const Work& work) {
-  constexpr double kWorthAThread = 2e5;
+  // Starting a thread takes about as long as this many steps. w steps on n threads then take
+  // w / n + n of these; the sum is smallest at n = sqrt(w / kStart).
+  constexpr double kStart = 1e5;
   const int cores = std::max(1, int(std::thread::hardware_concurrency()));
-  const int wanted = int(std::min(double(cores), double(count) * cost / kWorthAThread));
+  const int wanted = int(std::min(double(cores), std::sqrt(double(count) * cost / kStart)));
   const int threads = std::clamp(wanted, 1, std::max(1, count));
   const auto start = [&](int part) { return int(static_cast<long long>(count) * part / threads); };
   std::vector<std::thread> others;

@@ -23,6 +23,7 @@ class Image {
   VkImage handle() const { return image_; }
   VkImageView view() const { return view_; }
   glm::ivec3 size() const { return size_; }
+  size_t count() const { return size_t(size_.x) * size_t(size_.y) * size_t(size_.z); }
   VkFormat format() const { return format_; }
   explicit operator bool() const { return image_ != VK_NULL_HANDLE; }
 

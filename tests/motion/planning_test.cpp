@@ -207,7 +207,7 @@ TEST(IntensityScaling, TakesTheExtremesOfASmallObjectInAnEmptyFrame) {
   EXPECT_FLOAT_EQ(intensity_scale(empty).scale, 0.01F);
 }
 
-TEST(KthSmallest, IsWhatSortingPutsThere) {
+TEST(AtRanks, IsWhatSortingPutsThere) {
   Random random(11);
   for (const size_t n : {size_t(1), size_t(2), size_t(1000)}) {
     std::vector<float> values;
@@ -219,7 +219,7 @@ TEST(KthSmallest, IsWhatSortingPutsThere) {
     std::vector<float> sorted = values;
     std::sort(sorted.begin(), sorted.end());
     for (size_t k = 0; k < n; ++k)
-      EXPECT_EQ(kth_smallest(values, k), sorted[k]) << k << " of " << n;
+      EXPECT_EQ(at_ranks<1>(values, {k})[0], sorted[k]) << k << " of " << n;
   }
 }
 

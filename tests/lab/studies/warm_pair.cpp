@@ -46,11 +46,11 @@ std::optional<PairRun> WarmPair::run(const Volume& fixed, const Volume& moving,
   const double begin = now_s();
   const IntensityScale scale = intensity_scale(fixed);
   const double noise = noise_floor(fixed, scale, plan_.options.noise);
-  const HalfVolume fixed_values = scaled_halves(fixed, scale);
-  const HalfVolume moving_values = scaled_halves(moving, scale);
+  fixed_values_ = scaled_halves(fixed, scale, std::move(fixed_values_));
+  moving_values_ = scaled_halves(moving, scale, std::move(moving_values_));
   const double converted = now_s();
-  builder_.build(fixed_values, noise, fixed_);
-  builder_.build(moving_values, noise, moving_);
+  builder_.build(fixed_values_, noise, fixed_);
+  builder_.build(moving_values_, noise, moving_);
   const double prepared = now_s();
   auto report = solver_->solve(fixed_, moving_, stop, {});
   if (!report) return std::nullopt;

@@ -47,6 +47,7 @@ class WarmPair {
   std::shared_ptr<MotionKernels> kernels_;
   PyramidBuilder builder_;
   FramePyramid fixed_, moving_;
+  HalfVolume fixed_values_, moving_values_;
   std::unique_ptr<FieldSolver> solver_;
 };
 
