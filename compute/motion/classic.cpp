@@ -37,7 +37,7 @@ ClassicSolver::ClassicSolver(std::shared_ptr<vulkan::Context> context,
 void ClassicSolver::begin_level(size_t l) {
   recorder_.restart();
   if (l + 1 == plan_.levels.size()) {
-    recorder_.clear(levels_[l].field);
+    kernels_->record_clear(recorder_, levels_[l].field);
   } else {
     const glm::dvec3 scale = 1.0 / glm::dvec3(plan_.levels[l + 1].ratio);
     const glm::ivec3 to = plan_.levels[l].image_size;

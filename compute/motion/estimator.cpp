@@ -114,11 +114,8 @@ class Worker final : public SequenceEstimator {
     }
     // One scale and one noise floor for all frames, from the first, so that differences between
     // frames are kept.
-    std::call_once(scale_once_, [&] {
-      scale_ = intensity_scale(frame);
-      noise_ = noise_floor(frame, scale_, plan_.options.noise);
-    });
-    HalfVolume values = scaled_halves(frame, scale_, take_spare());
+    std::call_once(scale_once_, [&] { scale_ = frame_scale(frame, plan_.options.noise); });
+    HalfVolume values = scaled_halves(frame, scale_.intensity, take_spare());
 
     std::unique_lock lock(mutex_);
     if (last_pushed_ && frame_index <= *last_pushed_) {
@@ -238,7 +235,7 @@ class Worker final : public SequenceEstimator {
     DeviceFrame result;
     result.index = frame.index;
     result.pyramid = reuse ? std::move(reuse) : std::make_unique<FramePyramid>(context_, plan_);
-    builder_->build(frame.values, noise_, *result.pyramid);
+    builder_->build(frame.values, scale_.noise, *result.pyramid);
     if (std::isfinite(region_.reach_mm)) {
       result.values = std::move(frame.values);
     } else {
@@ -258,7 +255,7 @@ class Worker final : public SequenceEstimator {
       builder_->set_region(region_);
     }
     if (!std::isfinite(frame.pyramid->reach_mm())) return;
-    builder_->build(frame.values, noise_, *frame.pyramid);
+    builder_->build(frame.values, scale_.noise, *frame.pyramid);
     frame.values = {};
     frame.prepare_seconds += seconds_since(start);
   }
@@ -340,8 +337,7 @@ class Worker final : public SequenceEstimator {
   std::unique_ptr<FieldSolver> backward_;  // only if asked for
 
   std::once_flag scale_once_;
-  IntensityScale scale_;
-  double noise_ = 0.0;
+  FrameScale scale_;
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
+#include <future>
 #include <vector>
 
 #include "compute/motion/selection.h"
@@ -52,10 +54,16 @@ IntensityScale intensity_scale(const Volume& volume) {
   return {low, range > 0.0F ? 1.0F / range : 1.0F};
 }
 
-double noise_floor(const Volume& volume, const IntensityScale& scale, double asked) {
+double noise_floor(double sd, const IntensityScale& scale, double asked) {
   if (asked > 0.0) return asked;
-  const double measured = kNoiseFloor * noise_sd(volume) * double(scale.scale);
-  return std::clamp(measured, kSmallestFloor, kLargestFloor);
+  return std::clamp(kNoiseFloor * sd * double(scale.scale), kSmallestFloor, kLargestFloor);
+}
+
+FrameScale frame_scale(const Volume& volume, double asked_noise) {
+  std::future<double> sd;
+  if (!(asked_noise > 0.0)) sd = std::async(std::launch::async, noise_sd, std::cref(volume));
+  const IntensityScale intensity = intensity_scale(volume);
+  return {intensity, noise_floor(sd.valid() ? sd.get() : 0.0, intensity, asked_noise)};
 }
 
 HalfVolume scaled_halves(const Volume& volume, const IntensityScale& scale, HalfVolume reuse) {

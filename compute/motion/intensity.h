@@ -24,9 +24,18 @@ IntensityScale intensity_scale(const Volume& volume);
 inline constexpr double kNoiseFloor = 2.2;
 
 /// The floor f of local normalisation, in scaled units; decided only here. `asked`, if that is
-/// above 0; else kNoiseFloor SDs of the frame's noise, clamped to 0.02 to 0.25. The same for all
-/// frames of a sequence, as the scale is. Any thread.
-double noise_floor(const Volume& volume, const IntensityScale& scale, double asked);
+/// above 0; else kNoiseFloor times `sd`, the noise SD of the frame, clamped to 0.02 to 0.25. The
+/// same for all frames of a sequence, as the scale is. Any thread.
+double noise_floor(double sd, const IntensityScale& scale, double asked);
+
+/// What is taken from the first frame for all frames of a sequence.
+struct FrameScale {
+  IntensityScale intensity;
+  double noise = 0.0;  ///< floor of local normalisation, see noise_floor()
+};
+
+/// intensity_scale() and noise_floor(), measured at the same time. Any thread.
+FrameScale frame_scale(const Volume& volume, double asked_noise);
 
 /// Scaled intensities as fp16 bits, ready for upload: a waiting frame takes half the memory.
 struct HalfVolume {

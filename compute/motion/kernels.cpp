@@ -7,6 +7,7 @@
 #include "spirv/motion/choose.h"
 #include "spirv/motion/classic_force.h"
 #include "spirv/motion/classic_force_loads.h"
+#include "spirv/motion/clear.h"
 #include "spirv/motion/confidence.h"
 #include "spirv/motion/coupled_choice.h"
 #include "spirv/motion/downsample.h"
@@ -76,6 +77,12 @@ const vulkan::Kernel& MotionKernels::get(const Code& code, uint32_t push_bytes,
 }
 
 using namespace shaders;
+
+void MotionKernels::record_clear(vulkan::Recorder& recorder, const vulkan::Image& image) {
+  const glm::ivec3 size = image.size();
+  recorder.dispatch(get(k_motion_clear, sizeof(ClearPush)), {image}, ClearPush{{size, 0}},
+                    {(size.x + 63) / 64, size.y, size.z});
+}
 
 const vulkan::Kernel& MotionKernels::downsample() {
   return get(k_motion_downsample, sizeof(DownsamplePush));

@@ -8,6 +8,7 @@
 
 #include "compute/vulkan/image.h"
 #include "compute/vulkan/kernel.h"
+#include "compute/vulkan/recorder.h"
 
 namespace palpate {
 
@@ -50,6 +51,9 @@ class MotionKernels {
   const vulkan::Kernel& sliding_take();
   const vulkan::Kernel& blend_along();
   const vulkan::Kernel& classic_force();
+
+  /// Records to clear an image to 0, on a GPU much faster than Recorder::clear().
+  void record_clear(vulkan::Recorder& recorder, const vulkan::Image& image);
 
   const vulkan::Sampler& nearest() const { return nearest_; }
   const vulkan::Sampler& linear() const { return linear_; }

@@ -55,7 +55,7 @@ double noise_sd(const Volume& volume) {
   const size_t every = (count / kNoiseSamples) | 1U;
   constexpr float kNone = -1.0F;
   std::vector<float> magnitudes((count + every - 1) / every);
-  parallel_ranges(int(magnitudes.size()), 100.0, [&](int begin, int end) {
+  parallel_ranges(int(magnitudes.size()), 50.0, [&](int begin, int end) {
     for (int sample = begin; sample < end; ++sample) {
       const size_t n = size_t(sample) * every;
       const glm::ivec3 at(int(n % size_t(inner.x)), int(n / size_t(inner.x) % size_t(inner.y)),

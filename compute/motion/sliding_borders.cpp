@@ -233,7 +233,7 @@ bool SlidingBorders::solve(const FramePyramid& fixed, const FramePyramid& moving
         shaders::SlidingTakePush{wide(fine_.cells), wide(step_)}, slice_groups(changed));
     std::swap(field_, other_);
   }
-  recorder_.clear(costs_);  // from here on it holds the flags of folds
+  kernels_->record_clear(recorder_, costs_);  // from here on it holds the flags of folds
   recorder_.run();
 
   // 4. Repair folds, of the candidates and of the cubic interpolation.

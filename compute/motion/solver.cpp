@@ -28,6 +28,8 @@ constexpr float kChoiceWidth = 0.02F;  // rho: width of the transition between t
 constexpr double kCoarserSigma = 1.0;
 constexpr int kDispatchesPerIteration = 24;  // without the filter's steps, two each
 
+// cells whose values come to the host in less time than waiting for the device once more takes
+constexpr size_t kFewCells = 64 * 64 * 64;
 // cells from which noise is told: more would not change its first two digits
 constexpr size_t kNoiseCells = 1 << 16;
 
@@ -93,7 +95,7 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
       plan_(plan),
       download_(context_, plan.field.count() * sizeof(glm::vec4),
                 vulkan::Buffer::Kind::kHostVisible),
-      recorder_(context_, uint32_t(64 + 4 * plan.slabs * plan.slabs)),
+      recorder_(context_, uint32_t(96 + 4 * plan.slabs * plan.slabs)),
       batch_(context_, uint32_t(kBatch * (kDispatchesPerIteration + 2 * plan.options.filter_steps +
                                           plan.slabs * plan.slabs) +
                                 2)) {
@@ -166,18 +168,13 @@ void PairSolver::begin_level(size_t l) {
     activate(all_bricks(plan_.levels[l + 1].cells));
     record_coarser(recorder_, l);
   }
-  recorder_.begin_concurrent();
+  record_clear_terms(l);
   if (yields(plan_, l))
-    for (const vulkan::Image& wide : images.wide) recorder_.clear(wide);
-  for (const vulkan::Image& dual : images.dual) recorder_.clear(dual);
-  for (const vulkan::Image& equations : images.equations) recorder_.clear(equations);
-  for (const vulkan::Image& smoothed : images.smoothed) recorder_.clear(smoothed);
+    for (const vulkan::Image& wide : images.wide) kernels_->record_clear(recorder_, wide);
   if (coarsest) {
-    recorder_.clear(images.field);
-    recorder_.clear(images.ahead);
-    recorder_.clear(images.seen);
+    for (const vulkan::Image* image : {&images.field, &images.ahead, &images.seen})
+      kernels_->record_clear(recorder_, *image);
   }
-  recorder_.end_concurrent();
   if (!coarsest) {
     const LevelPlan& from = plan_.levels[l + 1];
     const glm::ivec3 voxels = from.cell * from.ratio;
@@ -185,6 +182,16 @@ void PairSolver::begin_level(size_t l) {
     record_upsampled(recorder_, l, field, from.cells, voxels, images.field, images.ahead);
     record_upsampled(recorder_, l, field, from.cells, voxels, images.seen, images.primal);
   }
+}
+
+void PairSolver::record_clear_terms(size_t l) {
+  const LevelImages& images = levels_[l];
+  recorder_.begin_concurrent();
+  for (const auto& three :
+       {std::span(images.dual), std::span(images.equations), std::span(images.smoothed)}) {
+    for (const vulkan::Image& image : three) kernels_->record_clear(recorder_, image);
+  }
+  recorder_.end_concurrent();
 }
 
 /// Interpolates a field on coarser cells, `from_cell` voxels of level l wide, to the cells of level
@@ -328,11 +335,7 @@ void PairSolver::choose(size_t l, const FramePyramid& fixed, const FramePyramid&
                        shaders::UpsamplePush{wide(level.cells), wide(level.cells),
                                              glm::vec4(1, 1, 1, 0), glm::vec4(0)},
                        {(level.cells.x + 63) / 64, level.cells.y, level.cells.z});
-  recorder_.begin_concurrent();
-  for (const vulkan::Image& dual : i.dual) recorder_.clear(dual);
-  for (const vulkan::Image& equations : i.equations) recorder_.clear(equations);
-  for (const vulkan::Image& smoothed : i.smoothed) recorder_.clear(smoothed);
-  recorder_.end_concurrent();
+  record_clear_terms(l);
 }
 
 /// Searches for larger motion at these cells of level l + 1, and records to take it where the
@@ -356,8 +359,8 @@ double PairSolver::search(size_t l, DiscreteStart& start, const std::vector<glm:
 void PairSolver::rest(size_t l, const std::vector<glm::ivec3>& cells, const FramePyramid& fixed,
                       const FramePyramid& moving) {
   choose(l, fixed, moving, bricks_at(cells, l), {0.0F, 2.0F * kChoiceWidth}, [&] {
-    recorder_.clear(levels_[l].primal);
-    recorder_.clear(levels_[l].ahead);
+    kernels_->record_clear(recorder_, levels_[l].primal);
+    kernels_->record_clear(recorder_, levels_[l].ahead);
   });
 }
 
@@ -375,14 +378,17 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
   const auto all = double(all_bricks(level.cells).size());
   recorder_.start();
   activate(bricks_[l]);
-  int batch_size = 0;  // iterations recorded for the active bricks
+  int batch_size = 0;         // iterations recorded for the active bricks
+  bool batch_brings = false;  // what the level leaves, with them
+  const bool brings = int(l) > plan_.options.finest_level;
+  const bool brings_always = brings && windowed(l)[2].count() <= kFewCells;
   while (report.iterations < wanted && !stop.stop_requested() && !active_.empty()) {
     const int size =
         std::min(prunes && report.iterations == 0 ? 1 : kBatch, wanted - report.iterations);
     // The commands of a batch are recorded once and run again while the same bricks are active. The
-    // last one also brings what the level leaves.
-    const bool last = report.iterations + size == wanted && int(l) > plan_.options.finest_level;
-    if (size != batch_size || last) {
+    // last one also brings what the level leaves; where that is little, all do.
+    const bool brings_now = brings_always || (brings && report.iterations + size == wanted);
+    if (size != batch_size || brings_now != batch_brings) {
       batch_.restart();
       for (int k = 0; k < size; ++k) {
         // Odd and even voxels alternate, except in the first iteration, which decides what rests.
@@ -390,8 +396,9 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
         record_iteration(batch_, l, fixed, moving, colour);
       }
       if (prunes || bounded) record_measure(batch_, l);
-      if (last) record_left(batch_, l);
+      if (brings_now) record_left(batch_, l);
       batch_size = size;
+      batch_brings = brings_now;
     }
     batch_.run();
     report.iterations += size;

@@ -72,6 +72,8 @@ class PairSolver : public FieldSolver {
   void record_left(vulkan::Recorder& recorder, size_t l);
   Left left_on(size_t l);
   void record_coarser(vulkan::Recorder& recorder, size_t l);
+  /// Records to clear the images of the filter, of the data term and of its windows.
+  void record_clear_terms(size_t l);
   void begin_level(size_t l);
   void record_upsampled(vulkan::Recorder& recorder, size_t l, const vulkan::Image& from,
                         glm::ivec3 from_cells, glm::ivec3 from_cell, const vulkan::Image& to,

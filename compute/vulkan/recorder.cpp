@@ -1,5 +1,6 @@
 #include "compute/vulkan/recorder.h"
 
+#include <array>
 #include <cassert>
 #include <iterator>
 
@@ -12,10 +13,10 @@ constexpr uint32_t kMaxBindingsPerDispatch = 19;
 /// Writes what a kernel's bindings refer to into its descriptor set.
 void write_set(VkDevice device, VkDescriptorSet set, const Kernel& kernel,
                const std::vector<Binding>& bindings) {
-  std::vector<VkDescriptorBufferInfo> buffers(bindings.size());
-  std::vector<VkBufferView> views(bindings.size());
-  std::vector<VkDescriptorImageInfo> images(bindings.size());
-  std::vector<VkWriteDescriptorSet> writes(bindings.size());
+  std::array<VkDescriptorBufferInfo, kMaxBindingsPerDispatch> buffers;
+  std::array<VkBufferView, kMaxBindingsPerDispatch> views;
+  std::array<VkDescriptorImageInfo, kMaxBindingsPerDispatch> images;
+  std::array<VkWriteDescriptorSet, kMaxBindingsPerDispatch> writes;
   for (size_t i = 0; i < bindings.size(); ++i) {
     VkWriteDescriptorSet& write = writes[i];
     write = {VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
@@ -56,7 +57,7 @@ void write_set(VkDevice device, VkDescriptorSet set, const Kernel& kernel,
         break;
     }
   }
-  vkUpdateDescriptorSets(device, uint32_t(writes.size()), writes.data(), 0, nullptr);
+  vkUpdateDescriptorSets(device, uint32_t(bindings.size()), writes.data(), 0, nullptr);
 }
 
 }  // namespace

@@ -129,6 +129,11 @@ struct TotalVariationPush {
 };
 PALPATE_SIZE(TotalVariationPush, 48);
 
+struct ClearPush {
+  ivec4 size;
+};
+PALPATE_SIZE(ClearPush, 16);
+
 struct UpsamplePush {
   ivec4 to_cells;
   ivec4 from_cells;

@@ -14,6 +14,7 @@ using oracle::Texels;
 using oracle::Vectors;
 
 class UpsampleKernel : public KernelTest {};
+class ClearKernel : public KernelTest {};
 class FoldsKernel : public KernelTest {};
 class BlendKernel : public KernelTest {};
 
@@ -42,6 +43,18 @@ TEST_F(UpsampleKernel, ReadsTheCoarseFieldBetweenItsCellsAndHoldsItsBorder) {
     // The coordinate of up to 70 cells has 6e-6 cells of fp32 rounding.
     expect_all(to, expected, 3, 5.0, 4.0 * sampling_tolerance());
     EXPECT_EQ(get(to).values, get(as_well).values);
+  }
+}
+
+TEST_F(ClearKernel, LeavesZeroInEveryTexelOfAnyFormat) {
+  for (const glm::ivec3 size : {glm::ivec3(1), glm::ivec3(65, 3, 2), glm::ivec3(64, 1, 9)}) {
+    for (const Format format : {Format::kRgba16, Format::kRgba32}) {
+      const DeviceImage image = output(size, format);
+      vulkan::Recorder recorder(context());
+      kernels()->record_clear(recorder, image.image);
+      recorder.run();
+      EXPECT_EQ(get(image).values, Texels(size).values) << text(size);
+    }
   }
 }
 

@@ -228,13 +228,14 @@ TEST(NoiseFloor, FollowsTheNoiseInScaledUnitsBetweenItsBounds) {
   for (size_t i = 0; i < 64000; ++i) {
     noisy.values.push_back(float(1000.0 + 30.0 * texture::gaussian_like(7, i)));
   }
+  const double sd = noise_sd(noisy);
   // As for intensity ranges of 800, 100000 and 80: 2.2 SDs are 0.0825, then too small, then too
   // large. The SD of 54,872 correlated draws is right to 5 % (see NoiseSd).
-  EXPECT_NEAR(noise_floor(noisy, {0.0F, 1.0F / 800.0F}, 0.0), 0.0825, 0.05 * 0.0825);
-  EXPECT_EQ(noise_floor(noisy, {0.0F, 1e-5F}, 0.0), 0.02);
-  EXPECT_EQ(noise_floor(noisy, {0.0F, 1.0F / 80.0F}, 0.0), 0.25);
+  EXPECT_NEAR(noise_floor(sd, {0.0F, 1.0F / 800.0F}, 0.0), 0.0825, 0.05 * 0.0825);
+  EXPECT_EQ(noise_floor(sd, {0.0F, 1e-5F}, 0.0), 0.02);
+  EXPECT_EQ(noise_floor(sd, {0.0F, 1.0F / 80.0F}, 0.0), 0.25);
   // A value that the user sets is taken as it is.
-  EXPECT_EQ(noise_floor(noisy, {0.0F, 1.0F / 800.0F}, 0.004), 0.004);
+  EXPECT_EQ(noise_floor(sd, {0.0F, 1.0F / 800.0F}, 0.004), 0.004);
 }
 
 TEST(IntensityScaling, RoundsToTheNearestHalfAndHoldsTheFarOut) {

@@ -31,10 +31,10 @@ class SolverRegion : public SolverTest {
   }
 
   FramePyramid prepared(const Volume& frame, const Region& region) {
-    const IntensityScale scale = intensity_scale(pair.fixed);
+    const auto [scale, noise] = frame_scale(pair.fixed, 0.0);
     FramePyramid pyramid(context(), plan);
     PyramidBuilder(context(), kernels, plan, region)
-        .build(scaled_halves(frame, scale), noise_floor(pair.fixed, scale, 0.0), pyramid);
+        .build(scaled_halves(frame, scale), noise, pyramid);
     return pyramid;
   }
 

@@ -44,8 +44,7 @@ std::optional<PairRun> WarmPair::run(const Volume& fixed, const Volume& moving,
                                      const std::stop_token& stop) {
   PairRun run;
   const double begin = now_s();
-  const IntensityScale scale = intensity_scale(fixed);
-  const double noise = noise_floor(fixed, scale, plan_.options.noise);
+  const auto [scale, noise] = frame_scale(fixed, plan_.options.noise);
   fixed_values_ = scaled_halves(fixed, scale, std::move(fixed_values_));
   moving_values_ = scaled_halves(moving, scale, std::move(moving_values_));
   const double converted = now_s();
