@@ -117,7 +117,7 @@ void Recorder::restart() {
 }
 
 // A barrier between dispatches names only them: on a GPU one that also names copies and indirect
-// commands takes half of the time of a short step (docs/benchmarks/h100.md).
+// commands takes half of the time of a short step (docs/benchmarks/gpu.md).
 void Recorder::barrier(Use next) {
   if (concurrent_ && waited_ == next) return;
   waited_ = next;

@@ -50,7 +50,7 @@ contents = {
     "Decisions": ["docs/decisions/haptics", "docs/decisions/motion-engine", "docs/decisions/files", "docs/decisions/view",
                   "docs/decisions/devices", "docs/decisions/xr", "docs/decisions/library", "docs/decisions/command-line"],
     "Measurements": ["docs/benchmarks/two-core-lavapipe", "docs/benchmarks/two-core-hand", "docs/benchmarks/two-core-view",
-                     "docs/benchmarks/two-core-chart", "docs/benchmarks/h100"],
+                     "docs/benchmarks/two-core-chart", "docs/benchmarks/gpu"],
 }
 
 
