@@ -118,7 +118,7 @@ void Recorder::restart() {
 
 // A barrier between dispatches names only them: on a GPU one that also names copies and indirect
 // commands takes half of the time of a short step (docs/benchmarks/gpu.md).
-void Recorder::barrier(Use next) {
+void Recorder::barrier(Next next) {
   if (concurrent_ && waited_ == next) return;
   waited_ = next;
   VkMemoryBarrier all{VK_STRUCTURE_TYPE_MEMORY_BARRIER};
@@ -126,14 +126,14 @@ void Recorder::barrier(Use next) {
   all.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT;
   VkPipelineStageFlags before = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
   VkPipelineStageFlags after = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
-  if (transferred_ || next != Use::kDispatch) {
+  if (transferred_ || next != Next::kDispatch) {
     all.srcAccessMask |= VK_ACCESS_TRANSFER_WRITE_BIT;
     all.dstAccessMask |= VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT |
                          VK_ACCESS_INDIRECT_COMMAND_READ_BIT;
     before |= VK_PIPELINE_STAGE_TRANSFER_BIT;
     after |= VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
   }
-  transferred_ = next == Use::kTransfer;
+  transferred_ = next == Next::kTransfer;
   vkCmdPipelineBarrier(commands_, before, after, 0, 1, &all, 0, nullptr, 0, nullptr);
 }
 
@@ -162,12 +162,12 @@ void Recorder::prepare(const Image& image) {
 }
 
 void Recorder::bind(const Kernel& kernel, const std::vector<Binding>& bindings, const void* push,
-                    Use use) {
+                    Next next) {
   assert(recording_ && "recording ended with the first run()");
   assert(bindings.size() == kernel.bindings().size() && bindings.size() <= kMaxBindingsPerDispatch);
   if (dispatches_left_-- == 0)
     throw Failure(VK_ERROR_OUT_OF_POOL_MEMORY, "recording more dispatches than announced");
-  barrier(use);
+  barrier(next);
   VkDescriptorSetAllocateInfo allocate{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
   const VkDescriptorSetLayout layout = kernel.set_layout();
   allocate.descriptorPool = descriptors_;
@@ -188,18 +188,18 @@ void Recorder::bind(const Kernel& kernel, const std::vector<Binding>& bindings, 
 
 void Recorder::dispatch(const Kernel& kernel, const std::vector<Binding>& bindings,
                         const void* push, glm::ivec3 groups) {
-  bind(kernel, bindings, push, Use::kDispatch);
+  bind(kernel, bindings, push, Next::kDispatch);
   vkCmdDispatch(commands_, uint32_t(groups.x), uint32_t(groups.y), uint32_t(groups.z));
 }
 
 void Recorder::dispatch_indirect(const Kernel& kernel, const std::vector<Binding>& bindings,
                                  const void* push, const Buffer& groups, uint64_t first_word) {
-  bind(kernel, bindings, push, Use::kIndirectDispatch);
+  bind(kernel, bindings, push, Next::kIndirectDispatch);
   vkCmdDispatchIndirect(commands_, groups.handle(), 4 * first_word);
 }
 
 void Recorder::copy(const Buffer& from, const Image& to) {
-  barrier(Use::kTransfer);
+  barrier(Next::kTransfer);
   VkBufferImageCopy region{};
   region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
   region.imageExtent = {uint32_t(to.size().x), uint32_t(to.size().y), uint32_t(to.size().z)};
@@ -208,7 +208,7 @@ void Recorder::copy(const Buffer& from, const Image& to) {
 }
 
 void Recorder::copy(const Image& from, const Buffer& to) {
-  barrier(Use::kTransfer);
+  barrier(Next::kTransfer);
   VkBufferImageCopy region{};
   region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
   region.imageExtent = {uint32_t(from.size().x), uint32_t(from.size().y), uint32_t(from.size().z)};
@@ -217,7 +217,7 @@ void Recorder::copy(const Image& from, const Buffer& to) {
 }
 
 void Recorder::copy_slices(const Image& from, int first, int slices, const Buffer& to) {
-  barrier(Use::kTransfer);
+  barrier(Next::kTransfer);
   VkBufferImageCopy region{};
   region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
   region.imageOffset = {0, 0, first};
@@ -227,18 +227,18 @@ void Recorder::copy_slices(const Image& from, int first, int slices, const Buffe
 }
 
 void Recorder::copy(const Buffer& from, const Buffer& to, uint64_t bytes) {
-  barrier(Use::kTransfer);
+  barrier(Next::kTransfer);
   const VkBufferCopy region{0, 0, bytes};
   vkCmdCopyBuffer(commands_, from.handle(), to.handle(), 1, &region);
 }
 
 void Recorder::fill(const Buffer& buffer, uint32_t word, uint64_t bytes) {
-  barrier(Use::kTransfer);
+  barrier(Next::kTransfer);
   vkCmdFillBuffer(commands_, buffer.handle(), 0, bytes, word);
 }
 
 void Recorder::clear(const Image& image, glm::vec4 value) {
-  barrier(Use::kTransfer);
+  barrier(Next::kTransfer);
   const VkClearColorValue color{{value.x, value.y, value.z, value.w}};
   const VkImageSubresourceRange all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
   vkCmdClearColorImage(commands_, image.handle(), VK_IMAGE_LAYOUT_GENERAL, &color, 1, &all);

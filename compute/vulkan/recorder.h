@@ -83,10 +83,11 @@ class Recorder {
   std::vector<TimerStamp> timestamps();
 
  private:
-  enum class Use { kDispatch, kIndirectDispatch, kTransfer };
-  void bind(const Kernel& kernel, const std::vector<Binding>& bindings, const void* push, Use use);
+  enum class Next { kDispatch, kIndirectDispatch, kTransfer };
+  void bind(const Kernel& kernel, const std::vector<Binding>& bindings, const void* push,
+            Next next);
   /// Lets the next command wait for all before it, and see what they wrote.
-  void barrier(Use next);
+  void barrier(Next next);
   void finish();
 
   std::shared_ptr<Context> context_;
@@ -99,8 +100,8 @@ class Recorder {
   uint32_t max_dispatches_ = 0, dispatches_left_ = 0;
   bool recording_ = true;
   bool concurrent_ = false;
-  std::optional<Use> waited_;  // by a command of this kind, in the concurrent part
-  bool transferred_ = true;    // copies may have run since the last barrier that waits for them
+  std::optional<Next> waited_;  // by a command of this kind, in the concurrent part
+  bool transferred_ = true;     // copies may have run since the last barrier that waits for them
   bool pending_ = false;
 };
 
