@@ -49,6 +49,7 @@ Json json_of(const DeviceInfo& d) {
 /// The options that the command line can change.
 Json json_of(const SafetyOptions& safety) {
   return {{"max_force_n", safety.max_force_n},
+          {"max_speed_m_per_s", safety.max_speed_m_per_s},
           {"late_s", safety.late_s},
           {"stale_s", safety.stale_s},
           {"dead_man", safety.dead_man},
@@ -77,6 +78,9 @@ SafetyOptions safety_of(const Json& j) {
   safety.late_s = not_below_zero(j.at("late_s"));
   safety.stale_s = not_below_zero(j.at("stale_s"));
   safety.dead_man = j.at("dead_man").get<bool>();
+  // Older recordings do not contain it: it could not be chosen.
+  if (j.contains("max_speed_m_per_s"))
+    safety.max_speed_m_per_s = not_below_zero(j.at("max_speed_m_per_s"));
   // Older recordings, from before headsets, contain neither: any button was the dead-man, and no
   // viewer was needed. The defaults of SafetyOptions are the values of that time.
   if (j.contains("dead_man_buttons")) safety.dead_man_buttons = buttons(j.at("dead_man_buttons"));

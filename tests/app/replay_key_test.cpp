@@ -25,6 +25,7 @@ ReplayKey made_key() {
   key.device.workspace_radius_m = 0.05;
   key.device.delay_s = 0.0005;
   key.safety.max_force_n = 3.0;
+  key.safety.max_speed_m_per_s = 0.75;
   key.safety.late_s = 0.05;
   key.safety.stale_s = 0.1;
   key.safety.dead_man = true;
@@ -47,12 +48,20 @@ TEST(ReplayKey, IsReadBackAsItWasWritten) {
   EXPECT_EQ(text_of(*read), text_of(key));
   EXPECT_EQ(read->device.max_stiffness_n_per_m, 1234.5);
   EXPECT_EQ(read->device.workspace_centre_m, glm::dvec3(0.01, -0.02, 0.125));
+  EXPECT_EQ(read->safety.max_speed_m_per_s, 0.75);
   EXPECT_EQ(read->safety.late_s, 0.05);
   EXPECT_TRUE(read->safety.dead_man);
   EXPECT_EQ(read->safety.dead_man_buttons, 0xfffffffe);
   EXPECT_EQ(read->safety.shown_buttons, 0x80000000);
   EXPECT_EQ(read->tube_buttons, 0x5U);
   EXPECT_EQ(read->scene.volumes.size(), shell_scene().volumes.size());
+}
+
+TEST(ReplayKey, OfTheTimeBeforeTheHandsSpeedCouldBeChosenHasTheDefault) {
+  const auto read =
+      parse_replay_key("a.ticks", replaced(text_of(made_key()), ",\"max_speed_m_per_s\":0.75", ""));
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->safety.max_speed_m_per_s, SafetyOptions{}.max_speed_m_per_s);
 }
 
 TEST(ReplayKey, OfTheTimeBeforeHeadsetsIsReadAsOfARunThatNobodyHadToSee) {
@@ -80,6 +89,7 @@ TEST(ReplayKey, RefusesWhatPalpateNeverWrites) {
   const std::string text = text_of(made_key());
   for (const auto& [what, by] : std::vector<std::pair<std::string, std::string>>{
            {"\"late_s\":0.05", "\"late_s\":-0.05"},
+           {"\"max_speed_m_per_s\":0.75", "\"max_speed_m_per_s\":\"fast\""},
            {"\"late_s\":0.05", "\"late_s\":null"},
            {"\"late_s\":0.05", "\"late_s\":\"soon\""},
            {"\"late_s\":0.05", "\"late_s\":1e999"},

@@ -18,7 +18,8 @@ void parse_replay_key_bytes(std::string_view bytes) {
   const DeviceInfo& device = key->device;
   for (const double value :
        {device.max_force_n, device.max_stiffness_n_per_m, device.workspace_radius_m, device.delay_s,
-        key->safety.max_force_n, key->safety.late_s, key->safety.stale_s})
+        key->safety.max_force_n, key->safety.max_speed_m_per_s, key->safety.late_s,
+        key->safety.stale_s})
     require(std::isfinite(value) && value >= 0.0, "limits and times are not below zero");
   for (int axis = 0; axis < 3; ++axis)
     require(std::isfinite(device.workspace_centre_m[axis]), "places are finite");

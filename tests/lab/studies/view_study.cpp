@@ -22,13 +22,20 @@ const char* const kNoSkip = "palpate, nothing skipped";
 const char* const kMoving = "palpate, moving";
 const char* const kSmaller = "palpate, fewer pixels";
 
-const ViewMeasure* fastest_good(const std::vector<ViewMeasure>& all, const std::string& look,
-                                bool ours) {
-  const ViewMeasure* best = nullptr;
+/// The fastest picture of a look that is good enough, and of how many. `ours`: palpate's plain
+/// method, else a peer's.
+struct FastestGood {
+  const ViewMeasure* measure = nullptr;
+  int of = 0;
+};
+
+FastestGood fastest_good(const std::vector<ViewMeasure>& all, const std::string& look, bool ours) {
+  FastestGood best;
   for (const ViewMeasure& m : all) {
     if (m.look != look || m.quality_db < kEnoughDb || m.family == kSmaller) continue;
     if ((m.family == kSteps) != ours || (!ours && m.family.starts_with("palpate"))) continue;
-    if (!best || m.time_ms < best->time_ms) best = &m;
+    ++best.of;
+    if (!best.measure || m.time_ms < best.measure->time_ms) best.measure = &m;
   }
   return best;
 }
@@ -203,19 +210,20 @@ std::vector<ViewMeasure> measure_view(const StudyRun& run, std::vector<std::stri
 std::vector<std::string> view_sentences(const std::vector<ViewMeasure>& all) {
   std::vector<std::string> sentences;
   for (const char* look : {"sparse", "dense"}) {
-    const ViewMeasure* good = fastest_good(all, look, true);
+    const auto [good, good_of] = fastest_good(all, look, true);
     if (good) {
       sentences.push_back(fmt::format(
-          "The fastest {} stereo picture of {} x {} pixels that can not be told from the best one "
+          "The {} {} stereo picture of {} x {} pixels that can not be told from the best one "
           "(it has {:.0f} dB) takes {}.",
-          look, good->pixels, good->pixels, good->quality_db, time_text(1e-3 * good->time_ms)));
+          good_of > 1 ? "fastest" : "only", look, good->pixels, good->pixels, good->quality_db,
+          time_text(1e-3 * good->time_ms)));
     }
-    if (const ViewMeasure* peer = fastest_good(all, look, false); peer && good)
-      sentences.push_back(
-          fmt::format("{} takes {} for its fastest that is good enough too ({:.0f} dB), {:.2g} "
-                      "times as long.",
-                      peer->family, time_text(1e-3 * peer->time_ms), peer->quality_db,
-                      peer->time_ms / good->time_ms));
+    if (const auto [peer, peer_of] = fastest_good(all, look, false); peer && good)
+      sentences.push_back(fmt::format(
+          "{} takes {} for its {} that is good enough too ({:.0f} dB), {:.2g} "
+          "times as long.",
+          peer->family, time_text(1e-3 * peer->time_ms), peer_of > 1 ? "fastest" : "only one",
+          peer->quality_db, peer->time_ms / good->time_ms));
     for (const auto& [family, what] :
          {std::pair(kNoSkip, "Without skipping what is empty"), {kMoving, "While it moves"}}) {
       const ViewMeasure* other = find(all, look, family);
