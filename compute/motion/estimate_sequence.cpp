@@ -377,6 +377,31 @@ Result<ConsecutiveFields> consecutive_fields(
   return steps;
 }
 
+/// Whether the last step leads back to the first frame. If not it is left out, and a note says so.
+bool closes(ConsecutiveFields& steps, std::vector<std::string>& notes) {
+  if (is_closed(steps.lengths_mm, kLargestClosingStep)) return true;
+  steps.fields.pop_back();
+  char text[300];
+  std::snprintf(text, sizeof(text),
+                "The last frame does not lead back to the first (%.2g mm on average, other "
+                "steps %.2g mm at most): the sequence is not taken for a cycle.",
+                steps.lengths_mm.back(),
+                *std::max_element(steps.lengths_mm.begin(), steps.lengths_mm.end() - 1));
+  notes.emplace_back(text);
+  return false;
+}
+
+/// Sweeps in which each field becomes the mean of itself and of what its neighbours say by one step
+/// more.
+std::vector<Field> consensus(std::vector<Field> direct, std::span<const Field> consecutive,
+                             std::span<const Confidence> confidence, int sweeps) {
+  std::vector<Field> backward;
+  for (const Field& field : consecutive) backward.push_back(inverse_of(field, field.grid).w);
+  for (int sweep = 0; sweep < sweeps; ++sweep)
+    direct = with_neighbours(direct, consecutive, backward, confidence);
+  return direct;
+}
+
 }  // namespace
 
 size_t frame_nearest_the_mean(std::span<const Field> consecutive) {
@@ -538,11 +563,10 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
   if (frames < 2) return Error{ErrorKind::kBadInput, "A sequence needs two frames or more"};
   if (options.reference.value_or(0) >= frames)
     return Error{ErrorKind::kBadInput, "The reference is no frame of the sequence"};
-  bool cyclic = options.estimator.cyclic;
   EstimatorOptions of_steps = options.estimator;
   of_steps.motion = on_solved_cells(of_steps.motion);
   SequenceReport met;
-  const size_t pairs = frames - (cyclic ? 0 : 1) + frames - 1;
+  const size_t pairs = frames - (of_steps.cyclic ? 0 : 1) + frames - 1;
   size_t done = 0;
   const auto say_pair = [&](size_t fixed, size_t moving, double share) {
     if (progress)
@@ -561,17 +585,7 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
   if (!steps) return steps.error();
 
   // Is it a cycle, and where does it end?
-  if (cyclic && frames > 2 && !is_closed(steps->lengths_mm, kLargestClosingStep)) {
-    cyclic = false;
-    steps->fields.pop_back();
-    char text[300];
-    std::snprintf(text, sizeof(text),
-                  "The last frame does not lead back to the first (%.2g mm on average, other "
-                  "steps %.2g mm at most): the sequence is not taken for a cycle.",
-                  steps->lengths_mm.back(),
-                  *std::max_element(steps->lengths_mm.begin(), steps->lengths_mm.end() - 1));
-    met.notes.emplace_back(text);
-  }
+  const bool cyclic = of_steps.cyclic && (frames == 2 || closes(*steps, met.notes));
   SequenceMotion motion;
   motion.frames_grid = grid;
   motion.basis = basis_of(times_s, cyclic, steps->repeats_first);
@@ -589,19 +603,16 @@ Result<SequenceMotion> estimate_sequence_motion(const std::shared_ptr<vulkan::Co
       context, grid, frames, motion.reference, read, of_steps, stop, [&] { ++done; },
       [&](size_t k, double share) { say_pair(motion.reference, k, share); });
   if (!from_reference) return from_reference.error();
-  std::vector<Field> direct = std::move(from_reference->fields);
   met.confidence = std::move(from_reference->confidence);
 
-  // Each field becomes the mean of itself and of what its neighbours say by one step more.
-  std::vector<Field> backward;
-  for (const Field& field : steps->fields) backward.push_back(inverse_of(field, field.grid).w);
-  for (int sweep = 0; sweep < options.sweeps; ++sweep)
-    direct = with_neighbours(direct, steps->fields, backward, met.confidence);
+  // What the steps say of them counts too; equal frames have the same field.
+  std::vector<Field>& direct = motion.terms;
+  direct =
+      consensus(std::move(from_reference->fields), steps->fields, met.confidence, options.sweeps);
   if (cyclic && steps->repeats_first)
     direct.front() = direct.back() = combined({direct.front(), direct.back()}, kHalfOfEach);
 
   // A cycle is smooth in time: harmonics instead of frames, as many as the frames support.
-  motion.terms = std::move(direct);
   if (cyclic) {
     const Status chosen = choose_harmonics(motion, *reference, read, options, met);
     if (!chosen) return chosen.error();

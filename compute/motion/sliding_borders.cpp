@@ -178,16 +178,46 @@ SlidingBorders::Candidates SlidingBorders::find_work(const BrickList& bricks,
   return wanted;
 }
 
+/// Of four candidates, the best one of each cell in these bricks, if it is better than what was
+/// chosen before. Costs are smoothed, so they are also computed in the neighbouring bricks.
+void SlidingBorders::choose(int first, const BrickList& bricks, const FramePyramid& fixed,
+                            const FramePyramid& moving, const vulkan::Image& means) {
+  const vulkan::Sampler& nearest = kernels_->nearest();
+  const BrickList near = with_neighbours(bricks, fine_.cells);
+  list(near, near_list_);
+  list(bricks, list_);
+  recorder_.restart();
+  record_cost(first, fixed, moving, means, near);
+  const vulkan::Image& costs = record_smooth(near);
+  recorder_.dispatch(kernels_->sliding_choose(),
+                     {list_, {costs, nearest}, {chosen_, nearest}, chosen_, {field_, nearest}},
+                     shaders::SlidingChoosePush{wide(fine_.cells, first), wide(step_),
+                                                glm::vec4(fine_.cell_mm, 0), different_},
+                     slice_groups(bricks));
+  recorder_.run();
+}
+
+/// The field with what was chosen in these bricks.
+void SlidingBorders::record_take(const BrickList& bricks) {
+  const vulkan::Sampler& nearest = kernels_->nearest();
+  list(bricks, list_);
+  recorder_.dispatch(
+      kernels_->sliding_take(), {list_, {chosen_, nearest}, {field_, nearest}, other_},
+      shaders::SlidingTakePush{wide(fine_.cells), wide(step_)}, slice_groups(bricks));
+  std::swap(field_, other_);
+}
+
+/// The bricks of which any of these candidates (bits) may be better.
+BrickList SlidingBorders::with(const Candidates& all, uint32_t candidates) {
+  BrickList result;
+  for (const auto& [brick, bits] : all)
+    if (bits & candidates) result.push_back(brick);
+  return result;
+}
+
 bool SlidingBorders::solve(const FramePyramid& fixed, const FramePyramid& moving,
                            const vulkan::Image& solved, const std::stop_token& stop,
                            SolveReport& report) {
-  const vulkan::Sampler& nearest = kernels_->nearest();
-  const auto with = [](const Candidates& all, uint32_t candidates) {
-    BrickList result;
-    for (const auto& [brick, bits] : all)
-      if (bits & candidates) result.push_back(brick);
-    return result;
-  };
   // 1. The field on finer cells, and the bricks in which motions nearby differ.
   const SteepCandidates found = begin(solved);
   const BrickList bordering = with(found.candidates, ~0U);
@@ -205,34 +235,16 @@ bool SlidingBorders::solve(const FramePyramid& fixed, const FramePyramid& moving
   }
   report.sliding_bricks = double(wanted.size()) / double(all_bricks(fine_.cells).size());
 
-  // 3. The best candidate of each cell in these bricks, four candidates at a time. Costs are
-  // smoothed, so they are also computed in the neighbouring bricks.
+  // 3. The best candidate of each cell in these bricks.
   for (int first = 0; first < kCandidates; first += 4) {
     const BrickList bricks = with(wanted, 0xFU << first);
     if (bricks.empty()) continue;
     if (stop.stop_requested()) return false;
-    const BrickList near = with_neighbours(bricks, fine_.cells);
-    list(near, near_list_);
-    list(bricks, list_);
-    recorder_.restart();
-    record_cost(first, fixed, moving, *means, near);
-    const vulkan::Image& costs = record_smooth(near);
-    recorder_.dispatch(kernels_->sliding_choose(),
-                       {list_, {costs, nearest}, {chosen_, nearest}, chosen_, {field_, nearest}},
-                       shaders::SlidingChoosePush{wide(fine_.cells, first), wide(step_),
-                                                  glm::vec4(fine_.cell_mm, 0), different_},
-                       slice_groups(bricks));
-    recorder_.run();
+    choose(first, bricks, fixed, moving, *means);
   }
   const BrickList changed = with(wanted, ~0U);
   recorder_.restart();
-  if (!changed.empty()) {
-    list(changed, list_);
-    recorder_.dispatch(
-        kernels_->sliding_take(), {list_, {chosen_, nearest}, {field_, nearest}, other_},
-        shaders::SlidingTakePush{wide(fine_.cells), wide(step_)}, slice_groups(changed));
-    std::swap(field_, other_);
-  }
+  if (!changed.empty()) record_take(changed);
   kernels_->record_clear(recorder_, costs_);  // from here on it holds the flags of folds
   recorder_.run();
 

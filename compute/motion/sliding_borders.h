@@ -42,6 +42,10 @@ class SlidingBorders {
   SteepCandidates begin(const vulkan::Image& solved);
   Candidates find_work(const BrickList& bricks, const FramePyramid& fixed,
                        const vulkan::Image& costs);
+  void choose(int first, const BrickList& bricks, const FramePyramid& fixed,
+              const FramePyramid& moving, const vulkan::Image& means);
+  void record_take(const BrickList& bricks);
+  static BrickList with(const Candidates& all, uint32_t candidates);
 
   std::shared_ptr<vulkan::Context> context_;
   std::shared_ptr<MotionKernels> kernels_;

@@ -33,6 +33,10 @@ constexpr size_t kFewCells = 64 * 64 * 64;
 // cells from which noise is told: more would not change its first two digits
 constexpr size_t kNoiseCells = 1 << 16;
 
+double passed_s(std::chrono::steady_clock::time_point since) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
+}
+
 /// What noise leaves on a level, see noise_left(). Empty if there are too few cells.
 std::optional<double> noise_of(std::span<const uint64_t> left) {
   // An odd stride, so that it is no multiple of an even row length.
@@ -465,14 +469,31 @@ void PairSolver::judge(size_t l) {
       slice_groups(active_));
 }
 
+/// Records the beginning of a level, with the field of the coarser one. What that one does not
+/// explain is searched for, and what it dragged along is put back to rest.
+void PairSolver::take_over(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
+                           LevelReport& report) {
+  const auto begin = std::chrono::steady_clock::now();
+  const bool coarsest = l + 1 == plan_.levels.size();
+  const Left left = coarsest ? Left() : left_on(l + 1);
+  const std::optional<double> noise = noise_of(left);
+  if (yields(plan_, l)) noise_ = noise.value_or(kAllIsNoise);
+  begin_level(l);
+  if (coarsest) return;
+  // If the noise can not be measured it is taken as 0: an unnecessary search only costs time.
+  const std::vector<glm::ivec3> cells = unexplained(l + 1, left, noise.value_or(0.0));
+  for (const std::unique_ptr<DiscreteStart>& start : starts_) {
+    if (l + 1 != start->search().level) continue;
+    report.searched = search(l, *start, cells, fixed, moving);
+    report.search_seconds = passed_s(begin);
+  }
+  rest(l, cells, fixed, moving);
+}
+
 std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const FramePyramid& moving,
                                              const std::stop_token& stop,
                                              const SolveProgress& progress) {
-  using Clock = std::chrono::steady_clock;
-  const auto since = [](Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-  };
-  const auto begin = Clock::now();
+  const auto begin = std::chrono::steady_clock::now();
   SolveReport report;
   left_level_.reset();
   const auto finest = size_t(plan_.options.finest_level);
@@ -487,24 +508,10 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
 
   for (size_t l = levels; l-- > finest;) {
     if (stop.stop_requested()) return std::nullopt;
-    const auto level_begin = Clock::now();
+    const auto level_begin = std::chrono::steady_clock::now();
     LevelReport& level = report.levels.emplace_back();
     level.h_mm = plan_.levels[l].h_mm;
-    // From the coarser level: what it does not explain is searched for, what rests is left out.
-    const Left left = l + 1 < levels ? left_on(l + 1) : Left();
-    const std::optional<double> noise = noise_of(left);
-    if (yields(plan_, l)) noise_ = noise.value_or(kAllIsNoise);
-    begin_level(l);
-    if (l + 1 < levels) {
-      // If the noise can not be measured it is taken as 0: an unnecessary search only costs time.
-      const std::vector<glm::ivec3> cells = unexplained(l + 1, left, noise.value_or(0.0));
-      for (const std::unique_ptr<DiscreteStart>& start : starts_) {
-        if (l + 1 != start->search().level) continue;
-        level.searched = search(l, *start, cells, fixed, moving);
-        level.search_seconds = since(level_begin);
-      }
-      rest(l, cells, fixed, moving);
-    }
+    take_over(l, fixed, moving, level);
     // The iterations; they end where the motion leaves the part of the images that is there.
     const bool in_reach = iterate(l, fixed, moving, stop, level, [&](int iterations) {
       const double share = double(iterations) / std::max(1, plan_.levels[l].options.iterations);
@@ -512,11 +519,11 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
     });
     if (!in_reach) {
       report.out_of_reach = true;
-      report.seconds = since(begin);
+      report.seconds = passed_s(begin);
       return report;
     }
     done_work += work(l);
-    level.seconds = since(level_begin);
+    level.seconds = passed_s(level_begin);
   }
   if (stop.stop_requested()) return std::nullopt;
 
@@ -532,7 +539,7 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
   }
   recorder_.copy(*result, download_);
   recorder_.run();
-  report.seconds = since(begin);
+  report.seconds = passed_s(begin);
   if (progress) progress(1.0);
   return report;
 }
@@ -691,17 +698,16 @@ void PairSolver::record_equations(vulkan::Recorder& recorder, size_t l, const Fr
 void PairSolver::record_iteration(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
                                   const FramePyramid& moving, int colour) {
   record_equations(recorder, l, fixed, moving, colour);
+  record_windows(recorder, l);
   record_step(recorder, l, colour);
   record_filter(recorder, l);
 }
 
-/// The windows over the equations, and the step from them.
-void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, int colour) {
+/// The windows over the equations: narrow() and windowed() are the images that they fill.
+void PairSolver::record_windows(vulkan::Recorder& recorder, size_t l) {
   const LevelPlan& level = plan_.levels[l];
   const YieldOptions& yield = plan_.options.yield;
   LevelImages& i = levels_[l];
-  const vulkan::Sampler& nearest = kernels_->nearest();
-  const glm::ivec3 groups = slice_groups(active_);
   using Images = std::vector<const vulkan::Image*>;
   const auto all = [](const vulkan::Image* images) {
     return Images{&images[0], &images[1], &images[2]};
@@ -710,18 +716,26 @@ void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, int colour) {
   record_gauss(recorder, *kernels_, active_list(), brick_groups(active_),
                window_sigma(level, two ? yield.window : level.options.window), all(i.equations),
                all(i.smoothed));
+  if (!two) return;
   const vulkan::Image* n = narrow(l);
-  if (two) {
-    record_gauss(recorder, *kernels_, active_list(), brick_groups(active_),
-                 widening_sigma(level, yield.window), all(n), all(i.wide),
-                 all(n == i.smoothed ? i.equations : i.smoothed));
-  }
-  const vulkan::Image* w = windowed(l);
+  record_gauss(recorder, *kernels_, active_list(), brick_groups(active_),
+               widening_sigma(level, yield.window), all(n), all(i.wide),
+               all(n == i.smoothed ? i.equations : i.smoothed));
+}
+
+/// The step from the equations under the windows.
+void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, int colour) {
+  const LevelPlan& level = plan_.levels[l];
+  const YieldOptions& yield = plan_.options.yield;
+  LevelImages& i = levels_[l];
+  const vulkan::Sampler& nearest = kernels_->nearest();
+  const glm::ivec3 groups = slice_groups(active_);
+  const vulkan::Image *n = narrow(l), *w = windowed(l);
 
   // One window: its equations alone give the step.
   const auto per_mm2 = [&](double alpha) { return float(std::pow(alpha / level.h_mm, 2)); };
   const auto largest_mm = float(plan_.options.largest_step * level.h_mm);
-  if (!two) {
+  if (!yields(plan_, l)) {
     recorder.dispatch(kernels_->update(),
                       {active_list(),
                        {w[0], nearest},

@@ -75,6 +75,8 @@ class PairSolver : public FieldSolver {
   /// Records to clear the images of the filter, of the data term and of its windows.
   void record_clear_terms(size_t l);
   void begin_level(size_t l);
+  void take_over(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
+                 LevelReport& report);
   void record_upsampled(vulkan::Recorder& recorder, size_t l, const vulkan::Image& from,
                         glm::ivec3 from_cells, glm::ivec3 from_cell, const vulkan::Image& to,
                         const vulkan::Image& to_as_well);
@@ -93,6 +95,7 @@ class PairSolver : public FieldSolver {
                         const FramePyramid& moving, int colour);
   void record_equations(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
                         const FramePyramid& moving, int colour);
+  void record_windows(vulkan::Recorder& recorder, size_t l);
   void record_step(vulkan::Recorder& recorder, size_t l, int colour);
   void record_filter(vulkan::Recorder& recorder, size_t l);
   void record_measure(vulkan::Recorder& recorder, size_t l);

@@ -15,10 +15,6 @@ namespace {
 /// Pairs waiting to be judged and written before the estimator is blocked.
 constexpr size_t kWaitingPairs = 2;
 
-Error stopped() {
-  return {ErrorKind::kCancelled, "Stopped as asked: no output was written or changed"};
-}
-
 /// Three threads: the caller reads and pushes frames, the estimator's worker puts its fields into a
 /// queue, and a delivery thread takes them from there to judge and write them.
 class Estimation {
@@ -181,6 +177,10 @@ class Estimation {
 };
 
 }  // namespace
+
+Error stopped() {
+  return {ErrorKind::kCancelled, "Stopped as asked: no output was written or changed"};
+}
 
 Status estimate(const std::shared_ptr<vulkan::Context>& context, const EstimationJob& job,
                 const OnPair& on_pair, Console& console, std::stop_token stop) {

@@ -37,4 +37,7 @@ using OnPair = std::function<Status(EstimatedPair)>;
 Status estimate(const std::shared_ptr<vulkan::Context>& context, const EstimationJob& job,
                 const OnPair& on_pair, Console& console, std::stop_token stop);
 
+/// What estimations return after a stop request: kCancelled, with a sentence for people.
+Error stopped();
+
 }  // namespace palpate::app

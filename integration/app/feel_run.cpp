@@ -142,7 +142,8 @@ class FeelRun {
     if (const Status started = start(*prepared); !started) return fail(console_, started.error());
     opened_ = std::move(prepared->felt);
     cancel.give_up_after(kPatience);
-    feel(at_start, cancel.token());
+    begin_run(at_start);
+    feel(cancel.token());
     return finish();
   }
 
@@ -334,7 +335,8 @@ class FeelRun {
     return motion_known_s + opened_.path_s + 0.5;
   }
 
-  void feel(const SceneSpec& scene, std::stop_token stop) {
+  /// Starts who draws, who looks, and who is served.
+  void begin_run(const SceneSpec& scene) {
     if (outputs_) {
       GalleryOptions options;
       options.gpu.device = command_.gpu.device;
@@ -342,8 +344,6 @@ class FeelRun {
       options.size = {command_.picture_size, command_.picture_size};
       gallery_ = std::make_unique<Gallery>(*connected_.session, options);
     }
-
-    // Who looks, and who is served.
     begin_viewers(scene);
     if (page_) {
       page_->begin(*connected_.session, opened_.page);
@@ -355,8 +355,10 @@ class FeelRun {
                                connected_.server->port()));
     }
     if (command_.json) print(serving_json(connected_, page_ ? &page_->server() : nullptr));
+  }
 
-    // The run: a look every few milliseconds, while the loop has its own thread.
+  /// The run, until its end: a look every few milliseconds, while the loop has its own thread.
+  void feel(std::stop_token stop) {
     const LiveMotion& motion = connected_.session->motion();
     const auto begin = Clock::now();
     const int64_t begin_ns = computed_time_ ? computed_time_->now_ns() : 0;
@@ -364,8 +366,7 @@ class FeelRun {
     double motion_known_s = motion.is_done() ? 0.0 : 1e12;
     double now_s = 0.0;
     while (now_s < end_s(motion_known_s) && !stop.stop_requested() && !emergency::is_asked() &&
-           !(viewers_.window && viewers_.window->closed()) && !display_was_needed_and_lost() &&
-           !(viewers_.headset && viewers_.headset->ended())) {
+           !viewers_ended()) {
       // Motion and pictures are computed in real time, and the hand is not to be through before.
       if (viewers_.window)
         viewers_.window->frame(tick, motion_text(motion));
@@ -380,14 +381,7 @@ class FeelRun {
       now_s = computed_time_ ? 1e-9 * double(computed_time_->now_ns() - begin_ns)
                              : std::chrono::duration<double>(Clock::now() - begin).count();
       connected_.session->newest(0, tick);
-      tell_second_hand();
-      tell_second_device();
-      tell_headset();
-      std::string line = live_text(tick, connected_.session->statistics(), now_s);
-      if (!motion.is_done()) line += "  " + motion_text(motion);
-      if (page_) page_->set_note(motion_text(motion));
-      if (connected_.live) line += "  " + connected_.live->live_text();
-      if (command_.hand()) console_.live(line, state_text(tick));
+      tell_now(tick, now_s);
       if (motion.is_done() && motion_known_s == 1e12) motion_known_s = now_s;
     }
     console_.end_progress();
@@ -398,7 +392,24 @@ class FeelRun {
       connected_.flight.black_box()->write_last("display-lost");
   }
 
-  /// Ends the session, so that the force goes to zero whatever is being drawn; then the viewers.
+  bool viewers_ended() {
+    return (viewers_.window && viewers_.window->closed()) || display_was_needed_and_lost() ||
+           (viewers_.headset && viewers_.headset->ended());
+  }
+
+  /// The line that says what is felt now, and what has happened.
+  void tell_now(const TickOutput& tick, double now_s) {
+    tell_second_hand();
+    tell_second_device();
+    tell_headset();
+    const LiveMotion& motion = connected_.session->motion();
+    std::string line = live_text(tick, connected_.session->statistics(), now_s);
+    if (!motion.is_done()) line += "  " + motion_text(motion);
+    if (page_) page_->set_note(motion_text(motion));
+    if (connected_.live) line += "  " + connected_.live->live_text();
+    if (command_.hand()) console_.live(line, state_text(tick));
+  }
+
   /// Whether computed time stands still until the first picture is drawn, for at most a minute.
   bool waits_for_picture(double now_s, Clock::time_point begin) const {
     constexpr double kTouched_s = 0.2;
@@ -406,6 +417,7 @@ class FeelRun {
            gallery_->trouble().empty() && Clock::now() - begin < std::chrono::minutes(1);
   }
 
+  /// Ends the session, so that the force goes to zero whatever is being drawn; then the viewers.
   /// Further calls do nothing.
   void end() {
     if (is_ended_) return;
@@ -519,47 +531,67 @@ class FeelRun {
   }
 
   int finish() {
-    Status done = kept_;
     if (!command_.hand()) {
       if (connected_.live) console_.say(connected_.live->summary());
       tell_what_was_sent();
       if (command_.json) print(served_json(connected_));
       tell_page_numbers();
-      return done ? kExitOk : fail(console_, done.error());
+      return kept_ ? kExitOk : fail(console_, kept_.error());
     }
     tell_page_numbers();
     if (command_.json) print(served_json(connected_));
+    const Session& session = *connected_.session;
+    const std::string summary =
+        summary_text(connected_.flight.log()->numbers(), session.statistics(), session.report(),
+                     session.haptics().tank().ledger());
+    const Status done = write_files(summary);
+    tell_what_was_felt(summary);
+    tell_files(bool(done));
+    if (viewers_.headset) tell_headset_numbers();
+    if (!done) return fail(console_, done.error());
+    if (!display_lost_) return kExitOk;
+    console_.complain(
+        "palpate: The display has gone away (its X server or the connection to it ended), so the "
+        "force was ramped down and the run ended.");
+    return kExitInternal;
+  }
 
-    // Files that need the whole run.
-    const std::shared_ptr<const ReleasedTubes> tubes = connected_.session->tubes();
-    if (!command_.tubes.empty() && done) done = loading::write_tubes(command_.tubes, *tubes);
-    FlightRecorder& flight = connected_.flight;
-    const auto& rows = flight.log()->rows();
-    const FeelNumbers numbers = flight.log()->numbers();
+  /// Writes the files that need the whole run, until one of them can not be written.
+  Status write_files(const std::string& summary) {
+    Status done = kept_;
+    const Session& session = *connected_.session;
+    if (!command_.tubes.empty() && done)
+      done = loading::write_tubes(command_.tubes, *session.tubes());
+    const auto& rows = connected_.flight.log()->rows();
+    const FeelNumbers numbers = connected_.flight.log()->numbers();
     if (!command_.picture.empty() && done)
       done = write_feel_picture(command_.picture.string(), "Feeling " + name_of(command_), numbers,
                                 rows);
-    const Session& session = *connected_.session;
-    const std::string summary = summary_text(numbers, session.statistics(), session.report(),
-                                             session.haptics().tank().ledger());
     if (gallery_ && done) done = publish(summary);
     if (!command_.page.empty() && done)
       done = write_feel_page(command_.page, "Feeling " + name_of(command_),
                              *session.scene()->volumes.front().data, numbers, rows, summary);
+    return done;
+  }
 
-    // What was felt, and by whom.
+  /// What was felt, and by whom.
+  void tell_what_was_felt(const std::string& summary) {
     console_.say(summary);
     if (connected_.second)
       console_.say("Second hand" + summary_text(connected_.second_flight.log()->numbers(),
                                                 connected_.second->statistics(),
                                                 connected_.second->report(),
                                                 connected_.second->haptics().tank().ledger()));
+    const std::shared_ptr<const ReleasedTubes> tubes = connected_.session->tubes();
     if (!tubes->empty()) console_.say(tubes_text(*tubes));
     if (connected_.tool) console_.say(connected_.tool->summary());
     if (connected_.live) console_.say(connected_.live->summary());
     tell_what_was_sent();
+  }
 
-    // Which files there are.
+  /// Which files there are. done: all could be written.
+  void tell_files(bool done) {
+    FlightRecorder& flight = connected_.flight;
     if (BlackBox* const box = flight.black_box()) {
       for (const fs::path& file : box->files())
         console_.say(fmt::format("Wrote     {}: the ticks around a fault", file.string()));
@@ -576,13 +608,6 @@ class FeelRun {
     if (!command_.tubes.empty() && done)
       console_.say(fmt::format("Wrote     {}", command_.tubes.string()));
     if (gallery_ && done) tell_gallery();
-    if (viewers_.headset) tell_headset_numbers();
-    if (!done) return fail(console_, done.error());
-    if (!display_lost_) return kExitOk;
-    console_.complain(
-        "palpate: The display has gone away (its X server or the connection to it ended), so the "
-        "force was ramped down and the run ended.");
-    return kExitInternal;
   }
 
   /// Names a file of the ticks, and that of a second hand.

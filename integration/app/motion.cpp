@@ -374,40 +374,62 @@ void conclude_whole(const SequenceEvidence& evidence, MotionResults& found, Cons
   found.summary["verdict"] = json_of(*found.verdict);
 }
 
+/// One motion for all frames, and what was met on the way.
+struct WholeMotion {
+  std::vector<Volume> frames;
+  SequenceMotion motion;
+  SequenceReport report;
+  std::vector<Confidence> step_confidence;
+  double seconds = 0.0, slowest_s = 0.0;  ///< of all, of the slowest pair
+  std::string text;                       ///< what was found, for people
+};
+
+/// Reads the frames and estimates their motion; says what was found. kCancelled after a stop.
+Result<WholeMotion> estimated_whole(Frames& frames, const std::shared_ptr<vulkan::Context>& context,
+                                    const EstimatorOptions& estimator, Console& console,
+                                    std::stop_token stop) {
+  WholeMotion whole;
+  auto kept = all_frames(frames, stop);
+  if (!kept) return kept.error();
+  if (stop.stop_requested()) return stopped();
+  whole.frames = std::move(*kept);
+  whole.step_confidence.resize(frames.count);
+  SequenceMotionOptions options;
+  options.estimator = estimator;
+  const std::vector<double> times_s =
+      frames.times_s.empty() ? assumed_times(frames.count) : frames.times_s;
+  const auto begin = std::chrono::steady_clock::now();
+  auto motion = estimate_sequence_motion(
+      context, frames.grid, times_s, [&](size_t k) -> Result<Volume> { return whole.frames[k]; },
+      options,
+      [&](PairMotion pair) {
+        whole.slowest_s =
+            std::max(whole.slowest_s, pair.report.seconds + pair.report.prepare_seconds);
+        whole.step_confidence[pair.fixed_frame] = std::move(pair.confidence);
+      },
+      [&](const std::string& doing, double share) { console.progress(share, doing); }, stop,
+      &whole.report);
+  console.end_progress();
+  if (stop.stop_requested()) return stopped();
+  if (!motion) return motion.error();
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  whole.motion = std::move(*motion);
+  whole.seconds = took.count();
+  whole.text = sequence_text(whole.motion, whole.seconds);
+  console.say(whole.text);
+  for (const std::string& note : whole.report.notes) console.say("Note      " + note);
+  return whole;
+}
+
 /// One motion for all frames, then what follows from it.
 Result<MotionResults> find_whole(const MotionCommand& command, const std::string& preset,
                                  Frames& frames, const std::shared_ptr<vulkan::Context>& context,
                                  const EstimatorOptions& estimator, Outputs& outputs,
                                  Console& console, std::stop_token stop) {
-  const Error stopped{ErrorKind::kCancelled, "Stopped as asked: no output was written or changed"};
-  const auto kept = all_frames(frames, stop);
-  if (!kept) return kept.error();
-  if (stop.stop_requested()) return stopped;
-  SequenceMotionOptions options;
-  options.estimator = estimator;
-  options.estimator.cyclic = command.cyclic;
-  const std::vector<double> times_s =
-      frames.times_s.empty() ? assumed_times(frames.count) : frames.times_s;
+  const auto whole = estimated_whole(frames, context, estimator, console, stop);
+  if (!whole) return whole.error();
   MotionResults found;
-  SequenceReport report;
-  std::vector<Confidence> step_confidence(frames.count);
-  const auto begin = std::chrono::steady_clock::now();
-  const auto motion = estimate_sequence_motion(
-      context, frames.grid, times_s, [&](size_t k) -> Result<Volume> { return (*kept)[k]; },
-      options,
-      [&](PairMotion pair) {
-        found.slowest_s =
-            std::max(found.slowest_s, pair.report.seconds + pair.report.prepare_seconds);
-        step_confidence[pair.fixed_frame] = std::move(pair.confidence);
-      },
-      [&](const std::string& doing, double share) { console.progress(share, doing); }, stop,
-      &report);
-  console.end_progress();
-  if (stop.stop_requested()) return stopped;
-  if (!motion) return motion.error();
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  console.say(sequence_text(*motion, took.count()));
-  for (const std::string& note : report.notes) console.say("Note      " + note);
+  found.slowest_s = whole->slowest_s;
 
   // Its files, and the page.
   SequenceOutputOptions output;
@@ -417,27 +439,29 @@ Result<MotionResults> find_whole(const MotionCommand& command, const std::string
   };
   output.coarse = command.coarse;
   output.mask = estimator.mask ? &*estimator.mask : nullptr;
-  const auto written = write_sequence(*motion, *kept, step_confidence, output, outputs);
+  const auto written =
+      write_sequence(whole->motion, whole->frames, whole->step_confidence, output, outputs);
   if (!written) return written.error();
-  frames.notes.insert(frames.notes.end(), report.notes.begin(), report.notes.end());
+  const std::vector<std::string>& notes = whole->report.notes;
+  frames.notes.insert(frames.notes.end(), notes.begin(), notes.end());
   found.summary = summary_of(command, preset, frames, *context);
   found.summary["sequence"] = written->files;
-  found.summary["sequence"]["seconds"] = took.count();
+  found.summary["sequence"]["seconds"] = whole->seconds;
   if (!command.page.empty()) {
     found.page.emplace(frames.grid, frames.count);
-    fill(*found.page, *motion, *kept, step_confidence);
+    fill(*found.page, whole->motion, whole->frames, whole->step_confidence);
     found.words = page_words(command, preset, frames, *context);
-    found.words.cycle_s = motion->basis.cycle_s;
-    found.words.facts.push_back({"Motion", sequence_text(*motion, took.count())});
+    found.words.cycle_s = whole->motion.basis.cycle_s;
+    found.words.facts.push_back({"Motion", whole->text});
   }
   if (command.no_verdict) return found;
 
   // How far it can be trusted.
   auto evidence = examined(
-      *motion, *kept, report.confidence, output.mask,
+      whole->motion, whole->frames, whole->report.confidence, output.mask,
       [&](const SequenceEvidence& so_far, size_t k) { console.say(frame_text(so_far, k)); });
   if (!evidence) return evidence.error();
-  if (stop.stop_requested()) return stopped;
+  if (stop.stop_requested()) return stopped();
   evidence->drift = written->drift;
   evidence->ordered_by = frames.ordered_by;
   conclude_whole(*evidence, found, console);
@@ -476,14 +500,37 @@ Status publish(const MotionCommand& command, MotionResults& found, Outputs& outp
   return done;
 }
 
+/// Errors that can be known before anything is read.
+Status check_command(const MotionCommand& command) {
+  if (const Status wish = check_wish(command); !wish) return wish;
+  if (const Status name = check_output_name(command); !name) return name;
+  return check_page(command);
+}
+
+/// Says which frames there are, and what a person should know of them.
+void tell_frames(const MotionCommand& command, Frames& frames, Console& console) {
+  console.say(fmt::format("Frames    {}", files::frames_text(frames)));
+  if (command.is_whole(frames.count) && frames.times_s.empty())
+    frames.notes.push_back(
+        fmt::format("The times of the frames are not known: all {} are said to be in {:.3g} s; "
+                    "--fps says otherwise.",
+                    frames.count, double(frames.count) * assumed_times(frames.count)[1]));
+  for (const std::string& note : frames.notes) console.say("Note      " + note);
+}
+
+/// The settings to try, one after the other; none if the command names its own.
+Result<std::vector<Choice>> choices_for(const MotionCommand& command, const Grid& grid,
+                                        const vulkan::Context& context) {
+  if (!command.chooses()) return std::vector<Choice>();
+  return choose_settings(command.within, command.most_error, grid, context.info().name);
+}
+
 int run(const MotionCommand& command) {
   Console console(command.quiet, command.json);
   const CancelOnSignal cancel;
   auto motion = motion_options(command);
   if (!motion) return fail(console, motion.error());
-  if (const Status wish = check_wish(command); !wish) return fail(console, wish.error());
-  if (const Status name = check_output_name(command); !name) return fail(console, name.error());
-  if (const Status page = check_page(command); !page) return fail(console, page.error());
+  if (const Status can = check_command(command); !can) return fail(console, can.error());
   auto opening = begin_open_device(command.device);  // in parallel to reading the files
   auto frames = open_frames(command);
   if (!frames) return fail(console, frames.error());
@@ -491,33 +538,24 @@ int run(const MotionCommand& command) {
     return fail(console, names.error());
   auto mask = mask_for(command, *frames);
   if (!mask) return fail(console, mask.error());
-  console.say(fmt::format("Frames    {}", files::frames_text(*frames)));
-  if (command.is_whole(frames->count) && frames->times_s.empty())
-    frames->notes.push_back(
-        fmt::format("The times of the frames are not known: all {} are said to be in {:.3g} s; "
-                    "--fps says otherwise.",
-                    frames->count, double(frames->count) * assumed_times(frames->count)[1]));
-  for (const std::string& note : frames->notes) console.say("Note      " + note);
+  tell_frames(command, *frames, console);
   const auto context = open_device(std::move(opening), command.device, console);
   if (!context) return fail(console, context.error());
-  std::vector<Choice> choices;
-  if (command.chooses()) {
-    auto found =
-        choose_settings(command.within, command.most_error, frames->grid, (*context)->info().name);
-    if (!found) return fail(console, found.error());
-    choices = std::move(*found);
-  }
+  const auto choices = choices_for(command, frames->grid, **context);
+  if (!choices) return fail(console, choices.error());
 
+  // With each setting in turn, until a result is good enough.
   EstimatorOptions estimator;
   estimator.motion = *motion;
   estimator.cyclic = command.cyclic;
   estimator.mask = *mask;
   for (size_t n = 0;; ++n) {
     std::string preset = command.preset;
-    if (n < choices.size()) {
-      console.say("Chosen    " + choices[n].why);
-      estimator.motion = choices[n].setting.options;
-      preset = choices[n].setting.name;
+    if (n < choices->size()) {
+      const Choice& choice = (*choices)[n];
+      console.say("Chosen    " + choice.why);
+      estimator.motion = choice.setting.options;
+      preset = choice.setting.name;
     }
     auto outputs = Outputs::into(command.is_pair() ? command.output.parent_path() : command.output,
                                  bytes_to_write(command, *frames));
@@ -527,7 +565,7 @@ int run(const MotionCommand& command) {
         find(command, preset, *frames, *context, estimator, *outputs, console, cancel.token());
     if (!found) return fail(console, found.error());
     // A result that is not good enough is not written if there is a better setting.
-    if (n + 1 < choices.size() && found->verdict && found->verdict->trust != Trust::kOk) {
+    if (n + 1 < choices->size() && found->verdict && found->verdict->trust != Trust::kOk) {
       console.say(verdict_text(*found->verdict));
       frames = open_frames(command);  // frames can be read only once
       if (!frames) return fail(console, frames.error());

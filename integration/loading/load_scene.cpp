@@ -83,6 +83,27 @@ std::optional<Result<ChosenWall>> felt_wall(const LoadedScene& scene, const Volu
   return std::nullopt;
 }
 
+/// Adds the data of the next volume, as it is until its motion is known. open_again: see
+/// ReadVolume.
+Status add_starting(LoadedScene& scene, size_t v, MovingVolume volume,
+                    const std::function<Result<Frames>()>& open_again) {
+  const VolumeSpec& spec = scene.spec.volumes[v];
+  const size_t known_frame = volume.segments_frame;
+  auto starting = start_volume(spec, std::move(volume), open_again);
+  if (!starting) return starting.error();
+  if (starting->missing) {
+    starting->missing->volume = v;
+    if (starting->missing->own)
+      scene.notes.push_back(
+          {NoteKind::kStandsStill,
+           {double(known_frame)},
+           {spec.segments.from == SegmentsFrom::kFiles ? "segmentation" : "wall", spec.name}});
+    scene.missing.push_back(std::move(*starting->missing));
+  }
+  scene.data.push_back(std::move(starting->data));
+  return Nothing{};
+}
+
 /// Loads the data of one volume of the scene's spec. chooses: the spec has no modes, so the choices
 /// say what is felt.
 Status load_volume(LoadedScene& scene, size_t v, bool chooses, const SequenceChoices& choices,
@@ -109,7 +130,6 @@ Status load_volume(LoadedScene& scene, size_t v, bool chooses, const SequenceCho
     }
   WallFrame frame = std::move(read.wall_frame);
   const auto open_again = std::move(read.open_again);
-
   frame.leave_out_no_data();
 
   // How it moves.
@@ -131,20 +151,7 @@ Status load_volume(LoadedScene& scene, size_t v, bool chooses, const SequenceCho
 
   // Where it is, and what it does until its motion is known.
   if (const Status placed = place(scene, spec, *volume); !placed) return placed;
-  const size_t known_frame = volume->segments_frame;
-  auto starting = start_volume(spec, std::move(*volume), open_again);
-  if (!starting) return starting.error();
-  if (starting->missing) {
-    starting->missing->volume = v;
-    if (starting->missing->own)
-      scene.notes.push_back(
-          {NoteKind::kStandsStill,
-           {double(known_frame)},
-           {spec.segments.from == SegmentsFrom::kFiles ? "segmentation" : "wall", spec.name}});
-    scene.missing.push_back(std::move(*starting->missing));
-  }
-  scene.data.push_back(std::move(starting->data));
-  return Nothing{};
+  return add_starting(scene, v, std::move(*volume), open_again);
 }
 
 /// Loads the data of a scene's spec. Without modes each volume gets the same as a sequence without

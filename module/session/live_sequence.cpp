@@ -416,8 +416,8 @@ void LiveSequence::stand_at(const Volume& frame, std::stop_token stop) {
   session_.send({ControlEvent::Kind::kScrub, int(index_), 0.0});
 }
 
-/// Plays the cycle at the pace of the frames that still arrive.
-void LiveSequence::keep(Cycle& cycle, std::stop_token stop) {
+/// The loop gets the cycle, once it has reached the last frame.
+void LiveSequence::begin_cycle(const Cycle& cycle, std::stop_token stop) {
   {
     // A caller that waits for the last frame would otherwise wait for ever.
     std::unique_lock lock(mutex_);
@@ -426,14 +426,18 @@ void LiveSequence::keep(Cycle& cycle, std::stop_token stop) {
     numbers_.cycles = 1;
   }
 
-  // The loop gets the cycle.
-  const int frames = int(cycle.means.size());
-  const double step_s = cycle.cycle_s / frames;
   hand_over(cycle.volume, stop);
   say(fmt::format(
       "The frames repeat every {:.2f} s: {} of them are kept, with one motion, and keep "
       "the pace of those that come.",
-      cycle.cycle_s, frames));
+      cycle.cycle_s, cycle.means.size()));
+}
+
+/// Plays the cycle at the pace of the frames that still arrive.
+void LiveSequence::keep(Cycle& cycle, std::stop_token stop) {
+  begin_cycle(cycle, stop);
+  const int frames = int(cycle.means.size());
+  const double step_s = cycle.cycle_s / frames;
   RingFrame frame;
   Further further;
   bool begun = false;

@@ -101,6 +101,7 @@ class LiveSequence {
   void take(const Volume& frame, int64_t arrived_ns);
   Status follow(const std::shared_ptr<vulkan::Context>& context, std::stop_token stop);
   void move_to(Volume frame, int64_t arrived_ns, const PairMotion& pair, std::stop_token stop);
+  void begin_cycle(const Cycle& cycle, std::stop_token stop);
   void keep(Cycle& cycle, std::stop_token stop);
   void stand_at(const Volume& frame, std::stop_token stop);
   void look_for_cycle(const Volume& frame, int64_t arrived_ns);

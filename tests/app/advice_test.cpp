@@ -25,6 +25,14 @@ TEST(Advice, SpellsTheKeysOfOptionsInNotes) {
       {{NoteKind::kSurfaceReplaced, {5.0, 0.336}, {}},
        "The iso-surface is no closed wall: at 34 % of its places it ends within 5 mm or has a "
        "hole. (--wall values feels it all the same.)"},
+      {{NoteKind::kThinSurface, {0.336}, {}},
+       "At 34 % of its places this surface ends, or is too thin to hold a hand that presses with "
+       "1.5 N at the scale at which it is shown: there the hand passes through. Show it larger "
+       "(--scale), or feel a lower --iso-value."},
+      {{NoteKind::kThinReplaced, {0.5, 0.336}, {}},
+       "What is brighter than 0.5 is too thin to hold a hand at 34 % of its places at the scale at "
+       "which it is shown, so the wall of what is around it is felt. (--wall values feels it all "
+       "the same.)"},
       {{NoteKind::kAlongVectors, {12.0}, {}},
        "These are vectors: the hand is guided along them, with full force at a length of 12; "
        "--iso-value and --width say otherwise, and a scene file offers other modes."},

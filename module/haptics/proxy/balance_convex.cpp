@@ -507,62 +507,79 @@ bool ConvexBalance::all_can() const noexcept {
   return true;
 }
 
-bool ConvexBalance::solve_active() noexcept {
-  struct ActiveDirection {
+/// The active primitives as up to three independent directions; of more only their number matters.
+struct ConvexBalance::ActiveSet {
+  struct Direction {
     Plane* plane;
     Line* line;
     glm::dvec3 along;
   };
 
-  // The active ones as directions; of more than three only their number matters.
-  ActiveSpan span;
-  std::array<ActiveDirection, 3> active{};
-  bool repeats = false;
-  const auto hold = [&](Plane* plane, Line* line, glm::dvec3 along) {
+  void hold(Plane* plane, Line* line, glm::dvec3 along) noexcept {
     const auto at = size_t(span.count());
     if (span.add(along))
-      active[at] = {plane, line, along};
+      directions[at] = {plane, line, along};
     else
       repeats = true;
-  };
+  }
+
+  ActiveSpan span;
+  std::array<Direction, 3> directions{};
+  bool repeats = false;  ///< more are active than are independent
+};
+
+/// Begins solve_active(): exact forces are the present ones.
+ConvexBalance::ActiveSet ConvexBalance::active_set() noexcept {
+  ActiveSet active;
   for (size_t i = 0; i < plane_count_; ++i) {
     planes_[i].exact_force = planes_[i].force;
-    if (planes_[i].active) hold(&planes_[i], nullptr, planes_[i].q);
+    if (planes_[i].active) active.hold(&planes_[i], nullptr, planes_[i].q);
   }
   for (size_t i = 0; i < line_count_; ++i) {
     lines_[i].exact_force = lines_[i].force;
     if (!lines_[i].active) continue;
     glm::dvec3 axes[3];
     const int count = across(lines_[i].q, axes);
-    for (int a = 0; a < count; ++a) hold(nullptr, &lines_[i], axes[a]);
+    for (int a = 0; a < count; ++a) active.hold(nullptr, &lines_[i], axes[a]);
   }
+  return active;
+}
 
-  // To where they hold exactly, and along what is left free to where spring and forces balance.
-  glm::dvec3 proxy = proxy_ + proxy_low_, rest(0.0);
+/// Takes a proxy to where the active ones hold exactly, and along what is left free to where spring
+/// and forces balance. rest: what is left of spring and forces there. False if it is not reached.
+bool ConvexBalance::go_to_active(const ActiveSet& active, glm::dvec3& proxy,
+                                 glm::dvec3& rest) noexcept {
+  const ActiveSpan& span = active.span;
   for (int step = 0;; ++step) {
     rest = exact_rest(proxy);
     const glm::dvec3 free_rest = span.outside(rest);
     // Once there, only round-off is left, and to go on would stir it.
-    if (step > 1 && glm::length(free_rest) <= tolerance_) break;
+    if (step > 1 && glm::length(free_rest) <= tolerance_) return true;
     if (step == kMostSteps) return false;
     double missing[3] = {};
     for (int k = 0; k < span.count(); ++k) {
-      const ActiveDirection& h = active[size_t(k)];
+      const ActiveSet::Direction& h = active.directions[size_t(k)];
       missing[k] = h.plane ? -h.plane->exact_height : -glm::dot(h.along, h.line->exact_offset);
     }
     const SymmetricMatrix a = span.free_part(sliding_curvature());
     proxy += span.move(missing) - span.outside(solve(a, free_rest));
     ++exact_steps_;
   }
+}
+
+bool ConvexBalance::solve_active() noexcept {
+  const ActiveSet active = active_set();
+  glm::dvec3 proxy = proxy_ + proxy_low_, rest(0.0);
+  if (!go_to_active(active, proxy, rest)) return false;
 
   // The forces that the active ones have to give for that. Where more are active than are
   // independent, their shares are not decided here: if it matters, the rounds must have come near
   // enough.
   double more[3] = {};
-  span.shares(rest, more);
-  for (int k = 0; k < span.count(); ++k) {
-    ActiveDirection& h = active[size_t(k)];
-    if (repeats && shares_matter_ && !(std::abs(more[k]) * stiffness_ <= 0.1 * kResidualN))
+  active.span.shares(rest, more);
+  for (int k = 0; k < active.span.count(); ++k) {
+    const ActiveSet::Direction& h = active.directions[size_t(k)];
+    if (active.repeats && shares_matter_ && !(std::abs(more[k]) * stiffness_ <= 0.1 * kResidualN))
       return false;
     if (h.plane)
       h.plane->exact_force += more[k];

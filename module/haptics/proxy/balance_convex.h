@@ -115,6 +115,9 @@ class ConvexBalance {
   /// are active than are independent and shares matter, this works only once the rounds have found
   /// the shares.
   bool solve_active() noexcept;
+  struct ActiveSet;
+  ActiveSet active_set() noexcept;
+  bool go_to_active(const ActiveSet& active, glm::dvec3& proxy, glm::dvec3& rest) noexcept;
   bool solve_active_of(const BalanceHint::Stage& hint) noexcept;
   void remember(BalanceHint::Stage& hint) const noexcept;
   glm::dvec3 exact_rest(glm::dvec3 proxy) noexcept;

@@ -33,7 +33,8 @@ class PoseCurve {
   PoseCurve(const Transform& from, const PoseRate& from_rate, const Transform& to,
             const PoseRate& to_rate, double duration_s);
 
-  /// share: 0 at the start, 1 at the end.
+  /// The share of the curve that is over `passed_s` after its start: 0 at the start, 1 at the end.
+  double share(double passed_s) const { return passed_s * per_s_; }
   Transform pose(double share) const;
   PoseRate rate(double share) const;
   bool is_still() const { return still_; }

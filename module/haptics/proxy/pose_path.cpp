@@ -13,8 +13,7 @@ constexpr double kFirstDelayS = 0.025;  // before any wait is known: 60 Hz
 constexpr double kLongestStretchS = 0.25;
 constexpr double kLongestStepS = 0.05;  // of playing, after the caller itself was late
 constexpr double kClosestS = 1e-3;      // knots nearer than a haptic frame are one
-constexpr double kArrivedS = 1e-7;
-constexpr double kRestS = 0.1;
+constexpr double kArrivedS = 1e-7;  // before the last knot, where the clock has braked to nothing
 const glm::dvec3 kSlowestLimit(0.2, 2.0, 2.0);  // m, rad, log scale per s: always allowed
 
 double seconds(int64_t ns) {
@@ -96,70 +95,59 @@ MovingPose::MovingPose(PosePath path, const Transform& start)
 
 void MovingPose::add(const Transform& pose, int64_t time_ns) noexcept {
   Transform valid = pose;
-  if ((timed_ && time_ns <= newest_ns_) || !make_valid(valid, newest_.rotation)) return;
-  if (path_ == PosePath::kPaper && timed_) intervals_.add(seconds(time_ns - newest_ns_));
+  if ((newest_ns_ && time_ns <= *newest_ns_) || !make_valid(valid, newest_.rotation)) return;
+  if (path_ == PosePath::kPaper && newest_ns_) intervals_.add(seconds(time_ns - *newest_ns_));
   if (path_ == PosePath::kSmooth) {
-    if (!timed_) {
+    if (!newest_ns_) {
       epoch_ns_ = time_ns;
       last_seen_s_ = -2.0 * kStallS;
       knots_[0].time_s = play_s_ = last_seen_s_;
     }
-    add_knot(valid, seconds(time_ns - epoch_ns_));
+    add_knot(valid, time_s(time_ns));
   }
   newest_ = valid;
   newest_ns_ = time_ns;
-  timed_ = fresh_ = true;
+  fresh_ = true;
 }
 
 Transform MovingPose::at(int64_t now_ns) noexcept {
-  if (asked_ && now_ns <= now_ns_) return pose_;
-  const double dt_s = asked_ ? std::min(seconds(now_ns - now_ns_), kLongestStepS) : 0.0;
-
-  // The newest pose, the paper's interpolation, or the smooth curve.
-  Transform pose = newest_;
-  if (path_ == PosePath::kPaper) {
-    if (fresh_) {
-      paper_from_ = paper_pose(now_ns);
-      paper_to_ = newest_;
-      paper_start_ns_ = now_ns;
-      const double mean = intervals_.inter_quartile_mean_s();
-      paper_duration_s_ = mean > 0.0 ? mean : 1.0 / 60.0;
-    }
-    pose = paper_pose(now_ns);
-  } else if (path_ == PosePath::kSmooth && timed_ && (fresh_ || !resting_)) {
-    play(seconds(now_ns - epoch_ns_), dt_s);
-    if (!resting_) pose = curve_.pose((play_s_ - curve_start_s_) * curve_per_s_);
-  }
-
-  // When it last changed, for at_rest().
-  if (!same(pose, pose_)) {
-    pose_ = pose;
-    moved_ns_ = now_ns;
-    ever_moved_ = true;
+  if (now_ns_ && now_ns <= *now_ns_) return pose_;
+  const double dt_s = now_ns_ ? std::min(seconds(now_ns - *now_ns_), kLongestStepS) : 0.0;
+  switch (path_) {
+    case PosePath::kExact:
+      pose_ = newest_;
+      break;
+    case PosePath::kPaper:
+      if (fresh_) start_for_newest(now_ns);
+      pose_ = paper_pose(now_ns);
+      break;
+    case PosePath::kSmooth:
+      if (newest_ns_ && (fresh_ || !resting_)) play(time_s(now_ns), dt_s);
+      pose_ = resting_ ? newest_ : curve_.pose(share());
+      break;
   }
   now_ns_ = now_ns;
-  asked_ = true;
   fresh_ = false;
   return pose_;
 }
 
-bool MovingPose::at_rest() const noexcept {
-  return same(pose_, newest_) && (!ever_moved_ || seconds(now_ns_ - moved_ns_) >= kRestS);
-}
-
 double MovingPose::delay_s() const noexcept {
-  if (path_ == PosePath::kPaper) return paper_duration_s_;
-  return path_ == PosePath::kSmooth ? delay_s_ : 0.0;
+  return path_ == PosePath::kSmooth && now_ns_ && newest_ns_ ? time_s(*now_ns_) - play_s_ : 0.0;
 }
 
-double MovingPose::paper_share(int64_t now_ns) const {
-  if (paper_duration_s_ <= 0.0) return 1.0;
-  return std::clamp(seconds(now_ns - paper_start_ns_) / paper_duration_s_, 0.0, 1.0);
+/// From the pose that is shown now to the newest one, for the mean frame time.
+void MovingPose::start_for_newest(int64_t now_ns) {
+  paper_from_ = paper_pose(now_ns);
+  paper_to_ = newest_;
+  paper_start_ns_ = now_ns;
+  const double mean = intervals_.inter_quartile_mean_s();
+  paper_duration_s_ = mean > 0.0 ? mean : 1.0 / 60.0;
 }
 
 /// (17) to (20): lerp, slerp, lerp.
 Transform MovingPose::paper_pose(int64_t now_ns) const {
-  const double share = paper_share(now_ns);
+  const double share =
+      paper_duration_s_ > 0.0 ? seconds(now_ns - paper_start_ns_) / paper_duration_s_ : 1.0;
   if (share >= 1.0) return paper_to_;
   Transform t;
   t.translation_m = glm::mix(paper_from_.translation_m, paper_to_.translation_m, share);
@@ -168,25 +156,30 @@ Transform MovingPose::paper_pose(int64_t now_ns) const {
   return t;
 }
 
+double MovingPose::time_s(int64_t now_ns) const {
+  return seconds(now_ns - epoch_ns_);
+}
+
 void MovingPose::add_knot(const Transform& pose, double time_s) {
-  if (resting_ && !fresh_) {  // otherwise this one follows another that at() has not seen yet
-    knots_[0].pose = knots_[size_t(knot_count_ - 1)].pose;
-    knots_[0].time_s = play_s_;
+  // From rest the path begins where it is shown, unless this pose follows another that at() has not
+  // seen yet.
+  if (resting_ && !fresh_) {
+    knots_[0] = {play_s_, last().pose};
     knot_count_ = 1;
     target_ = 0;
   }
+  // The same pose again: it rests on.
   if (resting_ && knot_count_ == 1 && same(pose, knots_[0].pose)) {
     knots_[0].time_s = play_s_ = time_s;
     return;
   }
-  Knot& newest = knots_[size_t(knot_count_ - 1)];
-  const double gap_s = time_s - newest.time_s;
+  // Poses too near to each other in time are one.
+  const double gap_s = time_s - last().time_s;
   if (knot_count_ > 1 && gap_s < kClosestS) {
-    newest.pose = pose;
+    last().pose = pose;
     return;
   }
-  const double duration_s = duration_for(pose, gap_s);
-  shift(knot_count_, gap_s - duration_s);
+  shift(knot_count_, gap_s - duration_for(pose, gap_s));
   if (knot_count_ == kKnots) thin_out();
   knots_[size_t(knot_count_++)] = {time_s, pose};
 }
@@ -195,7 +188,7 @@ void MovingPose::add_knot(const Transform& pose, double time_s) {
 /// long as the delay that will be needed; after a pause not all of it; and never so short that it
 /// would be a throw.
 double MovingPose::duration_for(const Transform& pose, double gap_s) {
-  const PoseRate way = difference(knots_[size_t(knot_count_ - 1)].pose, pose);
+  const PoseRate way = difference(last().pose, pose);
   const glm::dvec3 length(glm::length(way.translation), glm::length(way.rotation),
                           glm::length(way.log_scale));
   const glm::dvec3 needed = length / glm::max(kSlowestLimit, 3.0 * recent_speed_);
@@ -236,7 +229,7 @@ void MovingPose::drop_passed() {
 void MovingPose::learn(double now_s) {
   const double wait = now_s - last_seen_s_;
   if (wait < kStallS) intervals_.add(std::max(wait, kClosestS));
-  last_seen_s_ = seconds(newest_ns_ - epoch_ns_);
+  last_seen_s_ = time_s(*newest_ns_);
   if (intervals_.count() == 0) return;
   const double longest = intervals_.longest_s(), margin = std::max(0.4 * longest, 0.004);
   wanted_delay_s_ = longest + margin;
@@ -268,12 +261,10 @@ PoseRate MovingPose::tangent(int knot) const {
           beyond(earlier.log_scale, h_earlier, before.log_scale, h)};
 }
 
-void MovingPose::bend_to_target(const Transform& from, PoseRate rate) {
-  const double duration = knots_[size_t(target_)].time_s - play_s_;
-  target_rate_ = tangent(target_);
-  curve_ = PoseCurve(from, rate, knots_[size_t(target_)].pose, target_rate_, duration);
+/// The curve from what is shown now, at this pose and rate, to the target.
+void MovingPose::bend_to_target(const Transform& from, const PoseRate& rate) {
+  curve_ = PoseCurve(from, rate, target().pose, tangent(target_), target().time_s - play_s_);
   curve_start_s_ = play_s_;
-  curve_per_s_ = 1.0 / duration;
 }
 
 /// New poses came: from the pose and velocity that are shown now to a knot whose tangent is known
@@ -287,17 +278,17 @@ void MovingPose::bend_from_here() {
     speed_ = 1.0;
     resting_ = false;
   } else {
-    const double share = (play_s_ - curve_start_s_) * curve_per_s_;
-    from = curve_.pose(share);
-    rate = curve_.rate(share);
+    from = curve_.pose(share());
+    rate = curve_.rate(share());
   }
-  const auto room = [&] { return knots_[size_t(target_)].time_s - play_s_; };
+
   // Too near to be reached smoothly: on to the next one, or give it time.
+  const auto room = [&] { return target().time_s - play_s_; };
   while (room() < room_s_ && target_ + 1 < knot_count_) ++target_;
   if (room() < room_s_) shift(target_, room() - room_s_);
+
   // Where the clock brakes, or has braked, its speed is put into the path instead.
-  braking_s_ = room_s_;
-  if (speed_ < 0.85 || speed_ > braked(knots_[size_t(knot_count_ - 1)].time_s - play_s_)) {
+  if (speed_ < 0.85 || speed_ > fastest_before_end()) {
     rate = speed_ * rate;
     speed_ = 1.0;
   }
@@ -305,16 +296,16 @@ void MovingPose::bend_from_here() {
   drop_passed();
 }
 
-/// The largest rate of the clock when the last known pose is left_s ahead: it brakes at a constant
-/// rate, in the end like exp(-2 t / braking_s_).
-double MovingPose::braked(double left_s) const {
-  const double left = left_s / braking_s_;
+/// The largest rate of the clock so near to the last known pose: it brakes at a constant rate, in
+/// the end like exp(-2 t / room_s_).
+double MovingPose::fastest_before_end() {
+  const double left = (last().time_s - play_s_) / room_s_;
   return left > 0.25 ? std::sqrt(left) : 2.0 * left;
 }
 
 /// The clock's rate: 1 while the delay is about as long as it should be.
 double MovingPose::next_speed(double now_s, double dt_s) {
-  const double delay_s = now_s - play_s_, behind = delay_s - wanted_delay_s_;
+  const double behind = now_s - play_s_ - wanted_delay_s_;
   if (behind > 0.25 * wanted_delay_s_) catching_up_ = true;
   if (behind < 0.10 * wanted_delay_s_) catching_up_ = false;
   double wanted = 1.0;
@@ -322,17 +313,20 @@ double MovingPose::next_speed(double now_s, double dt_s) {
   if (catching_up_) wanted += std::clamp((behind - 0.05 * wanted_delay_s_) / 0.2, 0.0, 0.5);
   const double change = dt_s / 0.03;
   const double speed = std::clamp(wanted, speed_ - change, speed_ + change);
-  return std::min(speed, braked(knots_[size_t(knot_count_ - 1)].time_s - play_s_));
+  return std::min(speed, fastest_before_end());
+}
+
+/// A stamp far in the future would block all that come before it: it becomes now.
+void MovingPose::keep_in_reach(double now_s) {
+  const double newest_s = last().time_s;
+  if (newest_s <= now_s + kStallS) return;
+  shift(knot_count_, now_s - newest_s);
+  newest_ns_ = epoch_ns_ + int64_t(1e9 * now_s);
 }
 
 void MovingPose::play(double now_s, double dt_s) {
   if (fresh_) {
-    // A stamp far in the future would block all that come before it.
-    if (const double newest_s = knots_[size_t(knot_count_ - 1)].time_s;
-        newest_s > now_s + kStallS) {
-      shift(knot_count_, now_s - newest_s);
-      newest_ns_ = epoch_ns_ + int64_t(1e9 * now_s);
-    }
+    keep_in_reach(now_s);
     learn(now_s);
     bend_from_here();
   }
@@ -341,24 +335,23 @@ void MovingPose::play(double now_s, double dt_s) {
   // The clock goes on, and with it the curve from knot to knot.
   speed_ = next_speed(now_s, dt_s);
   play_s_ += speed_ * dt_s;
-  while (target_ + 1 < knot_count_ && play_s_ >= knots_[size_t(target_)].time_s) {
+  while (target_ + 1 < knot_count_ && play_s_ >= target().time_s) {
     const double shown = play_s_;
-    const Transform from = knots_[size_t(target_)].pose;
-    play_s_ = knots_[size_t(target_)].time_s;
+    const Transform from = target().pose;
+    const PoseRate rate = tangent(target_);
+    play_s_ = target().time_s;
     ++target_;
-    bend_to_target(from, target_rate_);
+    bend_to_target(from, rate);
     play_s_ = shown;
     drop_passed();
   }
 
   // At the last known pose it rests.
-  const bool last = target_ + 1 == knot_count_;
-  const double end_s = knots_[size_t(target_)].time_s;
-  if (last && (curve_.is_still() || play_s_ > end_s - kArrivedS)) {
-    play_s_ = end_s;
+  const bool at_last = target_ + 1 == knot_count_;
+  if (at_last && (curve_.is_still() || play_s_ > target().time_s - kArrivedS)) {
+    play_s_ = target().time_s;
     resting_ = true;
   }
-  delay_s_ = now_s - play_s_;
 }
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "module/haptics/proxy/pose_curve.h"
 #include "module/scene/scene_spec.h"
@@ -35,10 +36,21 @@ class FrameIntervals {
 ///
 /// kSmooth: a C1 path through the poses at their own times, played a little late (delay_s()): by
 /// the longest recent wait for a pose and 40 % more. Constant velocity is followed exactly however
-/// the frame times vary. The delay changes by playing up to 10 % slower, or faster by at most the
-/// half while far behind. Where poses stay away, the clock brakes before the last pose, so that it
-/// comes to rest there without overshoot. A pause of the source, and poses that leap, are replayed
-/// no faster than three times the recent speed, or within 0.25 s.
+/// the frame times vary. Its parts, by the cases that need them:
+/// - New poses come: the piece that is played is replaced by one from the pose and velocity that
+///   are shown to a knot whose tangent is now known better (bend_from_here).
+/// - Frame times vary: the delay is learned from the waits for poses (learn). It changes by playing
+///   up to 10 % slower, or faster by at most the half while far behind (next_speed).
+/// - Poses are late or stay away: the clock brakes before the last one, so that it comes to rest
+///   there without overshoot (fastest_before_end). If a pose comes meanwhile, it goes on from the
+///   velocity that is shown.
+/// - Many poses come at once: those in one haptic frame are one knot, and of more than there is
+///   place for every other one is left out (add_knot, thin_out).
+/// - A source begins to move, goes on after a pause, or leaps: the way takes as long as the delay,
+///   or more, so that it is no faster than three times the recent speed, or takes 0.25 s. A fast
+///   source is followed even if it sends each pose twice (duration_for).
+/// - A time stamp is far in the future: it counts as now, so that later ones are not blocked
+///   (keep_in_reach).
 ///
 /// kExact: the newest pose, as it is.
 class MovingPose {
@@ -50,11 +62,7 @@ class MovingPose {
   void add(const Transform& pose, int64_t time_ns) noexcept;
   /// The pose for this haptic frame. A time that does not rise gives the last pose again.
   Transform at(int64_t now_ns) noexcept;
-  /// True once nothing has moved for so long that it stands still: the volume may take the still
-  /// path.
-  bool at_rest() const noexcept;
-  /// How far in the past the pose is that at() gave last, s: 0 for kExact; kPaper's is not defined
-  /// by time stamps and is given as the estimated frame time.
+  /// kSmooth, while poses come: how far in the past the pose is that at() gave last, s.
   double delay_s() const noexcept;
 
  private:
@@ -64,53 +72,59 @@ class MovingPose {
     Transform pose;
   };
 
+  // kPaper.
+  Transform paper_pose(int64_t now_ns) const;
+  void start_for_newest(int64_t now_ns);
+
+  // kSmooth: what add() does, what at() does, and what both need.
   void add_knot(const Transform& pose, double time_s);
   double duration_for(const Transform& pose, double gap_s);
   void thin_out();
-  void drop_passed();
-  void shift(int knots, double by_s);
+  void play(double now_s, double dt_s);
+  void keep_in_reach(double now_s);
   void learn(double now_s);
   void bend_from_here();
-  void bend_to_target(const Transform& from, PoseRate rate);
+  void bend_to_target(const Transform& from, const PoseRate& rate);
+  void drop_passed();
   PoseRate tangent(int knot) const;
-  double braked(double left_s) const;
   double next_speed(double now_s, double dt_s);
-  void play(double now_s, double dt_s);
-  double paper_share(int64_t now_ns) const;
-  Transform paper_pose(int64_t now_ns) const;
+  double fastest_before_end();
+  void shift(int knots, double by_s);
+  double time_s(int64_t now_ns) const;
+  double share() const { return curve_.share(play_s_ - curve_start_s_); }
+  Knot& last() { return knots_[size_t(knot_count_ - 1)]; }
+  Knot& target() { return knots_[size_t(target_)]; }
 
   PosePath path_;
-  Transform pose_;         ///< what at() gave last
-  Transform newest_;       ///< what add() took last
-  int64_t newest_ns_ = 0;  ///< and its time
-  int64_t now_ns_ = 0;     ///< of the last at()
-  int64_t moved_ns_ = 0;   ///< when pose_ last changed
-  bool timed_ = false;     ///< newest_ns_ is known: a pose has come
-  bool asked_ = false;     ///< now_ns_ is known
-  bool fresh_ = false;     ///< poses came since the last at()
-  bool ever_moved_ = false;
-  FrameIntervals intervals_;  ///< kPaper: between time stamps; kSmooth: waits for a pose
+  Transform pose_;                    ///< what at() gave last
+  std::optional<int64_t> now_ns_;     ///< and when
+  Transform newest_;                  ///< what add() took last
+  std::optional<int64_t> newest_ns_;  ///< and its time
+  bool fresh_ = false;                ///< poses came since the last at()
+  FrameIntervals intervals_;          ///< kPaper: between time stamps; kSmooth: waits for a pose
 
   // kPaper: from this pose to that one, since then, for so long.
   Transform paper_from_, paper_to_;
   int64_t paper_start_ns_ = 0;
   double paper_duration_s_ = 0.0;
 
-  // kSmooth. Times in s since epoch_ns_.
+  // kSmooth. Times in s since the first pose's, epoch_ns_. The poses that are known, and the piece
+  // of the path that is played:
   int64_t epoch_ns_ = 0;
   std::array<Knot, kKnots> knots_;
   int knot_count_ = 1;
   int target_ = 0;  ///< the knot that curve_ leads to
   PoseCurve curve_;
-  double curve_start_s_ = 0.0, curve_per_s_ = 0.0;
-  PoseRate target_rate_;  ///< at the end of curve_
-  double play_s_ = 0.0;   ///< the time that is shown
-  double speed_ = 1.0;    ///< of playing
-  bool resting_ = true;   ///< at the newest knot, without velocity
+  double curve_start_s_ = 0.0;
+  // The clock:
+  double play_s_ = 0.0;  ///< the time that is shown
+  double speed_ = 1.0;   ///< of playing
+  bool resting_ = true;  ///< at the newest knot, without velocity
   bool catching_up_ = false;
-  double last_seen_s_ = 0.0;  ///< time stamp of the newest pose at the last at()
-  double wanted_delay_s_, room_s_, braking_s_ = 1.0, delay_s_ = 0.0;
-  glm::dvec3 recent_speed_{0.0};  ///< of the source: m, rad, log scale per s
+  // What is known of the source:
+  double last_seen_s_ = 0.0;        ///< time stamp of the newest pose at the last at()
+  double wanted_delay_s_, room_s_;  ///< the delay, and the part of it in which the clock may brake
+  glm::dvec3 recent_speed_{0.0};    ///< m, rad, log scale per s
 };
 
 }  // namespace palpate

@@ -82,29 +82,9 @@ class Way {
       // 4. The same primitives at both ends: a slide, or a surface that gives way.
       if (alike(*here, *there)) {
         if (!here->set.empty()) {
-          // A surface that gives way early is followed in shorter pieces.
-          const double balanced = where_forces_balance(*here, *there, way_, share);
-          reset();
-          if (balanced < kGivesWay * share) {
-            advance(balanced, balance.proxy);
-            place(*there);
-            strides_per_piece_ *= 0.5;
-            std::swap(here, there);
-            continue;
-          }
-          // So is one that bends; a slide along the rest goes by the mean of both ends.
-          if (strides_per_piece_ > kShortestPiece && bends(*here, *there, stiffness_)) {
-            strides_per_piece_ *= 0.5;
-            continue;
-          }
-          mean(*here, *there, *between);
-          const glm::dvec3 straight = balance.proxy;
-          balance = solve(*between, result);
-          balance.proxy = bent(*here, *there, straight, balance.proxy, kShort_m, stiffness_);
-          measure(balance.proxy);
-          share = length_ > 0.0 ? std::min(1.0, strides_per_piece_ / strides_) : 1.0;
-          balance.proxy = on_surface(*here, *there, share, balance.proxy);
-          advance(share, balance.proxy);
+          const Slide slide = slide_along(*here, *there, *between, share, balance, result);
+          if (slide == Slide::kGaveWay) std::swap(here, there);
+          if (slide != Slide::kWent) continue;
         }
         // The way is at its end.
         if (share == 1.0) {
@@ -124,6 +104,42 @@ class Way {
   }
 
  private:
+  /// What became of a piece with the same primitives at both ends.
+  enum class Slide : uint8_t {
+    kWent,     ///< the carriers are `share` of the way to balance.proxy
+    kGaveWay,  ///< they are, with what `there` holds, where the surface gave way
+    kBends,    ///< they are where the piece began
+  };
+
+  /// Repeats a piece from `here`, which went straight to `there`, with the primitives that hold on
+  /// the way (midpoint rule). share, balance, result: of the straight piece, then of this one.
+  Slide slide_along(const Placed& here, Placed& there, Placed& between, double& share,
+                    Balance& balance, Sweep& result) noexcept {
+    // A surface that gives way early is followed in shorter pieces.
+    const double balanced = where_forces_balance(here, there, way_, share);
+    reset();
+    if (balanced < kGivesWay * share) {
+      advance(balanced, balance.proxy);
+      place(there);
+      strides_per_piece_ *= 0.5;
+      return Slide::kGaveWay;
+    }
+    // So is one that bends; a slide along the rest goes by the mean of both ends.
+    if (strides_per_piece_ > kShortestPiece && bends(here, there, stiffness_)) {
+      strides_per_piece_ *= 0.5;
+      return Slide::kBends;
+    }
+    mean(here, there, between);
+    const glm::dvec3 straight = balance.proxy;
+    balance = solve(between, result);
+    balance.proxy = bent(here, there, straight, balance.proxy, kShort_m, stiffness_);
+    measure(balance.proxy);
+    share = length_ > 0.0 ? std::min(1.0, strides_per_piece_ / strides_) : 1.0;
+    balance.proxy = on_surface(here, there, share, balance.proxy);
+    advance(share, balance.proxy);
+    return Slide::kWent;
+  }
+
   Balance solve(const Placed& placed, Sweep& result) const noexcept {
     const Balance balance = palpate::balance(placed.set, probe_, stiffness_, &run_.hint);
     result.primitives = placed.set.count();
