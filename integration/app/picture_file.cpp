@@ -61,12 +61,14 @@ std::vector<charts::Bitmap> rasters_of(std::span<const Picture> eyes, const View
 }
 
 std::optional<charts::Bitmap> slices_beside(const ScenePicture& picture,
-                                            const SceneSnapshot& snapshot, int height_px) {
+                                            const SceneSnapshot& snapshot,
+                                            const std::vector<TubeColours>& colours,
+                                            int height_px) {
   if (height_px < charts::kLowestWithSlices_px) return {};
   auto slices = picture.slices(snapshot, charts::slice_edge_px(height_px));
   if (!slices) return {};
   const auto lines = charts::time_lines(picture.volumes().front()->times, slices->time_s);
-  return charts::draw_slices({std::move(*slices), lines}, height_px);
+  return charts::draw_slices({std::move(*slices), lines, colours}, height_px);
 }
 
 namespace {
@@ -111,7 +113,8 @@ Status stage_views(Outputs& outputs, const std::vector<StereoPicture>& pictures,
     if (!path) return path.error();
     std::vector<charts::Bitmap> rasters = rasters_of(pictures[v].eyes, choices);
     if (of_slices)
-      if (auto slices = slices_beside(*of_slices, pictures[v].snapshot, pictures[v].eyes[0].height))
+      if (auto slices = slices_beside(*of_slices, pictures[v].snapshot, pictures[v].tube_colours,
+                                      pictures[v].eyes[0].height))
         rasters.push_back(std::move(*slices));
     const Status written = write_side_by_side(path->string(), rasters);
     if (!written) return outputs.in_place(written.error());

@@ -22,10 +22,11 @@ charts::Bitmap raster_of(const Picture& picture,
 std::vector<charts::Bitmap> rasters_of(std::span<const Picture> eyes, const ViewChoices& choices);
 
 /// Slices of a scene's first visible volume as a panel beside a picture of this height: their place
-/// in `snapshot`, with its time below. None without volumes, and none beside a picture that is too
-/// low for it.
+/// in `snapshot`, with its time and the bars of the picture's tubes below. None without volumes,
+/// and none beside a picture that is too low for it.
 std::optional<charts::Bitmap> slices_beside(const ScenePicture& picture,
-                                            const SceneSnapshot& snapshot, int height_px);
+                                            const SceneSnapshot& snapshot,
+                                            const std::vector<TubeColours>& colours, int height_px);
 
 /// Pictures side by side, their tops at one height.
 charts::Bitmap side_by_side(const std::vector<charts::Bitmap>& rasters);

@@ -69,7 +69,8 @@ Result<std::vector<charts::Bitmap>> drawn(Viewer& viewer, const SceneSnapshot& s
   if (!eyes) return eyes.error();
   std::vector<charts::Bitmap> rasters = rasters_of(*eyes, choices);
   if (choices.slices)
-    if (auto slices = slices_beside(viewer.picture(), snapshot, size.height))
+    if (auto slices =
+            slices_beside(viewer.picture(), snapshot, viewer.shown().tube_colours, size.height))
       rasters.push_back(std::move(*slices));
   return rasters;
 }

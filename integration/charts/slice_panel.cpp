@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integration/charts/range.h"
+
 namespace palpate::charts {
 namespace {
 
@@ -15,6 +17,9 @@ constexpr double kGap = 4.0;            // between slices, at a height of kUsual
 constexpr double kUsualHeight = 768.0;  // at which sizes below are pixels
 constexpr double kLeastScale = 0.7;     // of text that can be read
 constexpr double kLine = 17.0, kSwatch = 10.0, kLongestBar = 0.4;
+constexpr double kPad = 6.0, kColourBar = 9.0;
+constexpr double kColourLines = 2.3;     // that a bar of colours takes: its name, then the bar
+constexpr double kSmallestSlice = 0.75;  // of the usual edge
 
 /// The slice as a raster of this size, values read linearly between the centres of its pixels.
 Bitmap raster_of(const Slice& slice, const OrthogonalSlices& all, glm::ivec2 size) {
@@ -93,6 +98,33 @@ void draw_slice(Canvas& canvas, const Slice& slice, const OrthogonalSlices& all,
                    {.size_px = text, .color = kInk, .halo = true});
 }
 
+/// The name of a range of colours and, below it, their bar between its ends; from y on,
+/// kColourLines high.
+void draw_colours(Canvas& canvas, const TubeColours& of, double y, double width, double scale) {
+  const double pad = kPad * scale, line = kLine * scale, text = 12.0 * scale;
+  y += line;
+  canvas.draw_text(of.name + ", " + of.unit, {pad, y - 0.3 * line},
+                   {.size_px = text, .color = kInk, .max_width_px = width - 2.0 * pad});
+  y += line;
+  TextStyle end{.size_px = text, .color = kInk};
+  const std::string low = number(of.least), high = number(of.most);
+  const double left = pad + canvas.text_width(low, end) + pad;
+  const double right = width - pad - canvas.text_width(high, end) - pad;
+  canvas.draw_text(low, {pad, y - 0.3 * line}, end);
+  end.align = Align::kRight;
+  canvas.draw_text(high, {width - pad, y - 0.3 * line}, end);
+  Bitmap bar{std::max(1, int(right - left)), std::max(1, int(kColourBar * scale)), {}};
+  for (int row = 0; row < bar.height; ++row)
+    for (int x = 0; x < bar.width; ++x) {
+      const double at = (x + 0.5) / bar.width * double(of.colours.size() - 1);
+      const size_t k = std::min(size_t(at), of.colours.size() - 2);
+      const glm::uvec3 c(
+          glm::round(255.0 * glm::mix(of.colours[k], of.colours[k + 1], at - double(k))));
+      bar.pixels.push_back(0xff000000U | c.r << 16 | c.g << 8 | c.b);
+    }
+  canvas.draw_raster(bar, glm::round(glm::dvec2(left, y - 0.3 * line - bar.height)), 0.0);
+}
+
 }  // namespace
 
 int slice_edge_px(int height_px) {
@@ -132,21 +164,31 @@ Bitmap draw_slices(const SlicePanel& panel, int height_px) {
   const int edge_px = slice_edge_px(height_px);
   const double scale = std::max(height_px / kUsualHeight, kLeastScale);
   Canvas canvas(edge_px, height_px, kGround);
+  const double pad = kPad * scale, line = kLine * scale, gap = kGap * scale;
+  const double text_px = line * (0.6 + double(panel.lines.size() + panel.slices.walls.size()) +
+                                 kColourLines * double(panel.colours.size()));
+  const int tile_px =
+      std::clamp(int((height_px - text_px) / 3.0 - gap), int(kSmallestSlice * edge_px), edge_px);
   double y = 0.0;
   for (size_t n = 0; n < panel.slices.planes.size(); ++n) {
-    draw_slice(canvas, panel.slices.planes[n], panel.slices, {0.0, y}, edge_px, scale, n == 0);
-    y += edge_px + kGap * scale;
+    draw_slice(canvas, panel.slices.planes[n], panel.slices,
+               {std::floor(0.5 * (edge_px - tile_px)), y}, tile_px, scale, n == 0);
+    y += tile_px + gap;
   }
 
   // Text, as much as there is room for.
-  const double pad = 6.0 * scale, line = kLine * scale;
-  const auto room = [&] { return y + line <= height_px; };
+  const auto room = [&](double lines = 1.0) { return y + lines * line <= height_px; };
   y += 0.3 * line;
   for (const std::string& text : panel.lines) {
     if (!room()) break;
     y += line;
     canvas.draw_text(text, {pad, y - 0.3 * line},
                      {.size_px = 12.0 * scale, .color = kFaint, .max_width_px = edge_px - 2 * pad});
+  }
+  for (const TubeColours& of : panel.colours) {
+    if (!room(kColourLines)) break;
+    draw_colours(canvas, of, y, edge_px, scale);
+    y += kColourLines * line;
   }
   for (const SliceWall& wall : panel.slices.walls) {
     if (!room()) break;
@@ -158,6 +200,20 @@ Bitmap draw_slices(const SlicePanel& panel, int height_px) {
     canvas.draw_text(
         wall.name, {left, y - 0.3 * line},
         {.size_px = 12.0 * scale, .color = kInk, .max_width_px = edge_px - left - pad});
+  }
+  return canvas.raster();
+}
+
+Bitmap draw_tube_colours(const std::vector<TubeColours>& colours, int height_px) {
+  if (colours.empty()) return {};
+  const double scale = std::max(height_px / kUsualHeight, kLeastScale);
+  const double height = kLine * scale * (0.3 + kColourLines * double(colours.size()));
+  Canvas canvas(slice_edge_px(height_px), int(height));
+  canvas.fill_box({0.0, 0.0}, {slice_edge_px(height_px), height}, kGround, 0.80, 9.0 * scale);
+  double y = 0.0;
+  for (const TubeColours& of : colours) {
+    draw_colours(canvas, of, y, slice_edge_px(height_px), scale);
+    y += kColourLines * kLine * scale;
   }
   return canvas.raster();
 }

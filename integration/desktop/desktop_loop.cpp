@@ -209,9 +209,12 @@ void DesktopLoop::draw_panel(int height_px) {
   }
   slices_->want({shown_->snapshot, view_, charts::slice_edge_px(height_px)});
   auto newest = slices_->newest();
-  if (newest == drawn_slices_ && panel_.height == height_px) return;
+  const std::vector<TubeColours>& colours = shown_->tube_colours;
+  if (newest == drawn_slices_ && panel_.height == height_px && colours == drawn_colours_) return;
   drawn_slices_ = std::move(newest);
-  panel_ = drawn_slices_ ? charts::draw_slices({*drawn_slices_, {}}, height_px) : charts::Bitmap{};
+  drawn_colours_ = colours;
+  panel_ = drawn_slices_ ? charts::draw_slices({*drawn_slices_, {}, colours}, height_px)
+                         : charts::Bitmap{};
 }
 
 void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
@@ -251,8 +254,12 @@ void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   if (shows_plot) overlays.push_back({&strip, corners.plot});
   // Slices at the right, above the plot.
   draw_panel(size.height - 2 * edge - (shows_plot ? strip.height + edge : 0));
-  if (panel_.width > 0 && 3 * panel_.width <= size.width)
-    overlays.push_back({&panel_, {size.width - panel_.width - edge, edge}});
+  const bool shows_panel = panel_.width > 0 && 3 * panel_.width <= size.width;
+  if (shows_panel) overlays.push_back({&panel_, {size.width - panel_.width - edge, edge}});
+  const charts::Bitmap bars = shown_ && !shows_panel
+                                  ? charts::draw_tube_colours(shown_->tube_colours, size.height)
+                                  : charts::Bitmap{};
+  if (bars.width > 0) overlays.push_back({&bars, {size.width - bars.width - edge, edge}});
   static const Picture kNothing;
   window_->show(shown_ ? shown_->picture : kNothing, overlays);
 }

@@ -78,6 +78,7 @@ class DesktopLoop {
   std::shared_ptr<const LiveFrame> shown_;
   std::unique_ptr<LiveSlices> slices_;
   std::shared_ptr<const OrthogonalSlices> drawn_slices_;  ///< what panel_ shows
+  std::vector<TubeColours> drawn_colours_;                ///< the same
   charts::Bitmap panel_;
 };
 

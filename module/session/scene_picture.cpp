@@ -130,6 +130,27 @@ glm::dvec3 middle_of(const MovingVolume& volume) {
   return inside > 0 ? sum / double(inside) : 0.5 * (frame.low_m() + frame.high_m());
 }
 
+/// Names what the colours of tubes along a field mean, in units that are read easily.
+void name_tubes(TubeField field, glm::dvec2 lengths, glm::dvec3 (*colour)(double, double, double),
+                ViewScene& scene) {
+  if (!(lengths.y > 0.0)) return;
+  const auto name = [&](const char* what, const char* unit_of, double factor) {
+    const glm::dvec2 range = factor * lengths;
+    scene.tube_colours.push_back(tube_colours(what, unit_of, range.x, range.y, colour));
+  };
+  // No format says of every file what its numbers are.
+  switch (field) {
+    case TubeField::kVectors:
+      return name("vectors", "unit of the file", 1.0);
+    case TubeField::kGradient:
+      return name("slope", "per mm", 1e-3);
+    case TubeField::kCurl:
+      return name("curl", "per mm", 1e-3);
+    case TubeField::kVelocity:
+      return name("speed", "mm/s", 1e3);
+  }
+}
+
 }  // namespace
 
 Status check_look(const std::string& name) {
@@ -283,13 +304,15 @@ void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, dou
   // scale of pen, tubes and other bodies: 1 for a scene of 10 cm radius
   const double size = radius_m / 0.1;
   if (choices_.hand) add_hand(snapshot, eye, size, scene);
-  for (size_t v = 0; v < volumes_.size(); ++v)
-    add_tubes(scene.volumes[v], v, kTube * size, scene.things);
+  for (size_t v = 0; v < volumes_.size(); ++v) add_tubes(v, kTube * size, scene);
   for (size_t v = 0; v < volumes_.size(); ++v) {
-    if (!spec(v).appearance.tubes.value_or(volumes_[v]->frames.front()->is_vector())) continue;
+    const bool has_vectors = volumes_[v]->frames.front()->is_vector();
+    if (!spec(v).appearance.tubes.value_or(has_vectors)) continue;
     const ViewVolume& of = scene.volumes[v];
-    stream_[v].add(scene.things, *volumes_[v], of.world_from_volume, of.pointer, kTube * size,
-                   choices_.whole_frames);
+    const glm::dvec2 lengths = stream_[v].add(scene.things, *volumes_[v], of.world_from_volume,
+                                              of.pointer, kTube * size, choices_.whole_frames);
+    name_tubes(has_vectors ? TubeField::kVectors : TubeField::kGradient, lengths, tube_colour,
+               scene);
   }
   if (!choices_.box) return;
   for (size_t v = 0; v < volumes_.size(); ++v) {
@@ -304,9 +327,9 @@ void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, dou
 
 /// Adds the released tubes of volume v at the volume's pointer; the colours cover the range of all
 /// tubes of the volume. Kept tubes are thicker.
-void ScenePicture::add_tubes(const ViewVolume& of, size_t v, double radius_m,
-                             Things& things) const {
+void ScenePicture::add_tubes(size_t v, double radius_m, ViewScene& scene) const {
   if (!tubes_) return;
+  const ViewVolume& of = scene.volumes[v];
   double least = 1e300, most = 0.0;
   for (const ReleasedTube& one : *tubes_)
     for (const double length : one.tube->lengths())
@@ -322,9 +345,12 @@ void ScenePicture::add_tubes(const ViewVolume& of, size_t v, double radius_m,
     for (glm::dvec3& x : places) x = of.world_from_volume.world_from_volume(x);
     const double radius = one.kept ? kKeptTube * radius_m : radius_m;
     for (size_t k = 1; k < places.size(); ++k)
-      things.push_back({places[k - 1], places[k], radius, radius,
-                        released_tube_colour(one.tube->lengths()[k], least, most)});
+      scene.things.push_back({places[k - 1], places[k], radius, radius,
+                              released_tube_colour(one.tube->lengths()[k], least, most)});
   }
+  for (const ReleasedTube& one : *tubes_)
+    if (one.volume == shown_[v])
+      return name_tubes(one.tube->field(), {least, most}, released_tube_colour, scene);
 }
 
 void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, double size,

@@ -93,7 +93,7 @@ class ScenePicture {
 
  private:
   void add_things(const SceneSnapshot& snapshot, const Eye& eye, double radius_m, ViewScene& scene);
-  void add_tubes(const ViewVolume& of, size_t v, double radius_m, Things& things) const;
+  void add_tubes(size_t v, double radius_m, ViewScene& scene) const;
   void add_hand(const SceneSnapshot& snapshot, const Eye& eye, double size, ViewScene& scene);
   /// No level and no width were chosen.
   bool has_own_window() const;
