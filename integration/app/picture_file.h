@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -9,6 +10,7 @@
 #include "integration/charts/felt_page.h"
 #include "module/session/gallery.h"
 #include "module/session/scene_picture.h"
+#include "module/session/segment_sizes.h"
 
 namespace palpate::app {
 
@@ -28,6 +30,26 @@ std::optional<charts::Bitmap> slices_beside(const ScenePicture& picture,
                                             const SceneSnapshot& snapshot,
                                             const std::vector<TubeColours>& colours, int height_px);
 
+/// What stands below the pictures of a scene in files, of its first volume with several frames: how
+/// large its segments are over its frames and at the time of the picture, and in films the bar of
+/// frames. Immutable; one thread.
+class TimeStrip {
+ public:
+  /// Measures the segments (segment_sizes()), where there are any. says_time: the bar has the time
+  /// in words, for pictures without slices, whose panel has them.
+  TimeStrip(std::shared_ptr<const Scene> scene, bool has_bar, bool says_time = false);
+  /// The picture with the strip below it, as it is where there is nothing to show, or no room
+  /// (charts::kNarrowestWithBar_px). height_px: of an eye's picture, to which text is in
+  /// proportion.
+  charts::Bitmap below(charts::Bitmap picture, const SceneSnapshot& snapshot, int height_px) const;
+
+ private:
+  std::shared_ptr<const Scene> scene_;
+  bool has_bar_, says_time_;
+  int volume_;
+  SegmentSizes sizes_;
+};
+
 /// Pictures side by side, their tops at one height.
 charts::Bitmap side_by_side(const std::vector<charts::Bitmap>& rasters);
 /// Writes pictures side by side as PNG, their tops at one height. Errors: kBadOutput, kOutOfMemory.
@@ -36,7 +58,7 @@ Status write_side_by_side(const std::string& path, const std::vector<charts::Bit
 /// Stages view_1.png, ... and page.png, with what was seen and felt. of_slices: of the scene, as it
 /// was felt; null: no slices. Errors: kBadOutput.
 Status stage_views(Outputs& outputs, const std::vector<StereoPicture>& pictures,
-                   const ScenePicture* of_slices, const std::string& title,
+                   const ScenePicture* of_slices, const TimeStrip& strip, const std::string& title,
                    const charts::Timeline& timeline, const ViewChoices& choices);
 
 }  // namespace palpate::app

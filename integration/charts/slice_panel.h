@@ -27,15 +27,17 @@ constexpr int kLowestWithSlices_px = 256;
 /// times are known: a line each. Empty for a single frame.
 std::vector<std::string> time_lines(const FrameTimes& times, double time_s);
 
-/// The same of the first volume with several frames as it is shown; "paused" where time stands
-/// still.
+/// The first volume with several frames of a scene's first `count`, as an index; -1: there is none.
+int first_moving(const Scene& scene, int count = SceneSnapshot::kMostVolumes);
+
+/// The same of the first moving volume as it is shown; "paused" where time stands still.
 std::vector<std::string> time_lines(const Scene& scene, const SceneSnapshot& snapshot);
 
 /// The panel, opaque: grey values, contours of walls in their colours, the patient's sides, a
-/// crosshair at the place, a scale bar in mm, then the lines, a bar of the tubes' colours with the
-/// ends of its range and its unit, and the names of the walls, as many as there is room for. Slices
-/// are enlarged to slice_edge_px() where they have fewer pixels, and made smaller where the text
-/// needs room, by a quarter at most.
+/// crosshair at the place, a scale bar in mm. Below, as many as there is room for: the lines, bars
+/// of the tubes' colours with the ends of their ranges and units, and the names of the walls.
+/// Slices are enlarged to slice_edge_px() where they have fewer pixels, and made smaller where the
+/// text needs room, by a quarter at most.
 Bitmap draw_slices(const SlicePanel& panel, int height_px);
 
 /// The bars of the tubes' colours alone, as wide as the panel of slices is, on a plate; empty
