@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "module/session/moved_volume.h"
+
 namespace palpate {
 namespace {
 
@@ -18,6 +20,8 @@ constexpr glm::dvec3 kLightTop{0.95, 0.96, 0.97}, kLightBottom{0.84, 0.86, 0.89}
 constexpr glm::dvec3 kUsualDirection{0.42, 0.30, 1.0};  // towards the eye
 constexpr double kHeightAngle = 0.55;                   // vertical angle of view, rad
 constexpr double kArrow_m_per_n = 0.008;
+// Of the line from the tip down to a wall, if radius_m is 10 cm: m.
+constexpr double kLongestDrop = 0.2, kDropDash = 0.003, kDropLine = 0.0004;
 constexpr double kTube = 0.0006;              // m, radius if radius_m is 10 cm
 constexpr double kKeptTube = 1.6;             // factor on that for tubes that are kept
 constexpr double kLongestPrediction_s = 0.1;  // an older tick is not extrapolated further
@@ -237,11 +241,8 @@ glm::dvec2 ScenePicture::greys_of(size_t v) const {
   return level_of(look) + 0.5 * width_of(look) * glm::dvec2(-1.0, 1.0);
 }
 
-std::optional<OrthogonalSlices> ScenePicture::slices(const SceneSnapshot& snapshot,
-                                                     int edge_px) const {
-  if (volumes_.empty()) return {};
+std::vector<SliceWall> ScenePicture::walls() const {
   const MovingVolume& volume = *volumes_[0];
-  const VolumeSnapshot& of = snapshot.volumes[shown_[0]];
   std::vector<SliceWall> walls;
   for (size_t s = 0; s < volume.segments.size(); ++s)
     if (volume.segments[s].shown)
@@ -256,6 +257,52 @@ std::optional<OrthogonalSlices> ScenePicture::slices(const SceneSnapshot& snapsh
     walls.push_back(
         {fmt::format("{}: {:.4g}", mode.spec.name, iso_value), glm::vec3(kProxy), iso_value, -1});
   }
+  return walls;
+}
+
+std::optional<double> ScenePicture::height_m(const SceneSnapshot& snapshot, glm::dvec3 at_m,
+                                             double most_m) const {
+  if (volumes_.empty()) return {};
+  constexpr int kSteps = 120, kHalvings = 8;
+  const MovingVolume& volume = *volumes_[0];
+  const VolumeSnapshot& of = snapshot.volumes[shown_[0]];
+  const std::vector<SliceWall> all = walls();
+  if (all.empty()) return {};
+  MovedReader reader(volume, of.time_s);
+  // Above 0 behind a wall; not a number where a segment is not known.
+  const auto behind = [&](const SliceWall& wall, double down_m) {
+    const glm::dvec3 y = of.world_from_volume.volume_from_world(at_m - glm::dvec3(0, down_m, 0));
+    const glm::dvec3 x = reader.material_at(y);
+    return wall.segment >= 0 ? reader.distance_mm(volume.segments[size_t(wall.segment)], x)
+                             : reader.value(x) - wall.iso_value;
+  };
+  std::optional<double> nearest_m;
+  for (const SliceWall& wall : all) {
+    const double end_m = nearest_m.value_or(most_m), step_m = most_m / kSteps;
+    double before = behind(wall, 0.0);
+    for (double down_m = step_m; down_m < end_m; down_m += step_m) {
+      const double now = behind(wall, down_m);
+      if ((before > 0.0) == (now > 0.0) || !std::isfinite(before + now)) {
+        before = now;
+        continue;
+      }
+      double above_m = down_m - step_m, below_m = down_m;
+      for (int n = 0; n < kHalvings; ++n) {
+        const double middle_m = 0.5 * (above_m + below_m);
+        ((behind(wall, middle_m) > 0.0) == (before > 0.0) ? above_m : below_m) = middle_m;
+      }
+      nearest_m = below_m;
+      break;
+    }
+  }
+  return nearest_m;
+}
+
+std::optional<OrthogonalSlices> ScenePicture::slices(const SceneSnapshot& snapshot,
+                                                     int edge_px) const {
+  if (volumes_.empty()) return {};
+  const MovingVolume& volume = *volumes_[0];
+  const VolumeSnapshot& of = snapshot.volumes[shown_[0]];
   const Transform& world = of.world_from_volume;
   const glm::dvec3 place_m =
       choices_.hand ? snapshot.proxy_m
@@ -267,7 +314,7 @@ std::optional<OrthogonalSlices> ScenePicture::slices(const SceneSnapshot& snapsh
     time_s = times.times_s[volume.whole ? volume.whole->reference()
                                         : size_t(pointer_at(times, of.time_s).frame)];
   }
-  OrthogonalSlices slices = slices_through(volume, time_s, place, edge_px, std::move(walls));
+  OrthogonalSlices slices = slices_through(volume, time_s, place, edge_px, walls());
   if (!has_patient(0))
     for (Slice& slice : slices.planes) slice.sides = {};
   const glm::dvec2 greys = greys_of(0);
@@ -365,6 +412,7 @@ void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, doubl
     second.in_contact = snapshot.second.in_contact;
     add_hand(second, eye, size, scene);
   }
+  if (!snapshot.in_contact) add_drop_line(snapshot, size, scene);
   if (choices_.fingertip) {
     const double share =
         std::clamp(glm::length(snapshot.force_n) / std::max(choices_.full_force_n, 1e-9), 0.0, 1.0);
@@ -388,6 +436,25 @@ void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, doubl
                snapshot.in_contact ? kProxy : kPen);
   add_arrow(scene.things, snapshot.proxy_m, snapshot.force_n, kArrow_m_per_n * size, 0.0012 * size,
             kArrow);
+}
+
+/// From the tip straight down to the first wall, so that its depth is seen: dashes, less visible
+/// the longer it is, and a dot where it ends.
+void ScenePicture::add_drop_line(const SceneSnapshot& snapshot, double size,
+                                 ViewScene& scene) const {
+  const double most_m = kLongestDrop * size;
+  const auto height = height_m(snapshot, snapshot.probe_m, most_m);
+  if (!height) return;
+  const glm::dvec3 colour =
+      glm::mix(choices_.background == PictureBackground::kLight ? kLettersOnLight : kProxy,
+               0.5 * (scene.background_top + scene.background_bottom), 0.85 * *height / most_m);
+  const glm::dvec3 down(0.0, -1.0, 0.0);
+  const double dash_m = kDropDash * size, radius_m = kDropLine * size;
+  for (double from_m = 0.0; from_m < *height; from_m += 2.0 * dash_m)
+    scene.things.push_back({snapshot.probe_m + from_m * down,
+                            snapshot.probe_m + std::min(from_m + dash_m, *height) * down, radius_m,
+                            radius_m, colour});
+  add_sphere(scene.things, snapshot.probe_m + *height * down, 3.0 * radius_m, colour);
 }
 
 ViewScene ScenePicture::at(const SceneSnapshot& snapshot, int64_t display_ns, const Eye& eye) {

@@ -267,6 +267,40 @@ TEST(ScenePicture, ABareFingertipShowsContactByItsColour) {
   EXPECT_EQ(ball(true, 9.0), hard);
 }
 
+TEST(ScenePicture, ALineFromTheTipShowsItsHeightAboveTheWallUntilItTouches) {
+  // The value is 9.5 in the middle, where the wall is.
+  SceneSpec spec;
+  spec.volumes.resize(1);
+  spec.volumes[0].name = "data";
+  spec.modes.resize(1);
+  spec.modes[0].name = spec.modes[0].kind = "surface";
+  spec.modes[0].volume = "data";
+  spec.modes[0].strength = *TransferFunction::linear({9.0, 10.0}, {0.0, 1.0});
+  const auto scene = *plan(spec, {test::still(ramp())});
+  ViewChoices choices;
+  choices.box = false;
+  ScenePicture picture(choices);
+  picture.update(scene);
+  const Eye eye = eye_at({1.0, 0.0, 0.3}, {1.0, 0.0, 0.0}, 0.5, {64, 64});
+  SceneSnapshot snapshot = snapshot_at({});
+  const auto lowest_m = [&] {
+    double lowest = 1e300;
+    for (const RoundCone& one : picture.at(snapshot, 0, eye).things)
+      lowest = std::min({lowest, one.from.y, one.to.y});
+    return lowest;
+  };
+  for (const double height_m : {0.004, 0.012}) {
+    snapshot.probe_m = snapshot.proxy_m = {1.002, height_m, 0.003};
+    EXPECT_NEAR(lowest_m(), 0.0, 2e-4) << height_m;
+  }
+  snapshot.in_contact = true;
+  EXPECT_GT(lowest_m(), 0.01);
+  // Nothing is below.
+  snapshot.in_contact = false;
+  snapshot.probe_m = snapshot.proxy_m = {1.002, -0.004, 0.003};
+  EXPECT_GT(lowest_m(), -0.006);
+}
+
 TEST(ScenePicture, ThePenTurnsWithTheHandWhereThatIsSensed) {
   const auto scene = scene_of(test::still(streams()), "follow", VectorProperty::kVector, false);
   ViewChoices choices;
