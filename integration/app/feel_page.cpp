@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <atomic>
+#include <limits>
 #include <sstream>
 #include <thread>
 
 #include "integration/charts/range.h"
 #include "integration/web/web_page.h"
 #include "module/session/moved_volume.h"
+#include "module/session/segment_sizes.h"
 
 namespace palpate::app {
 namespace {
@@ -34,10 +36,12 @@ std::vector<MovedVolume> at_frames(const MovingVolume& volume) {
   return frames;
 }
 
-/// Labels at the samples of a moved frame: the last segment that a sample lies in, 1 is the first.
+/// Labels at the samples of a moved frame: the innermost segment that a sample lies in, the one
+/// whose surface is nearest; 1 is the first.
 std::vector<uint8_t> labels_of(const MovingVolume& volume, const MovedVolume& moved, size_t frame) {
   const Grid& grid = moved.values.grid;
   std::vector<uint8_t> labels(grid.count(), 0);
+  std::vector<double> nearest_mm(grid.count(), std::numeric_limits<double>::infinity());
   for (size_t s = 0; s < std::min<size_t>(volume.segments.size(), 255); ++s) {
     const auto& distances = volume.segments[s].distance_mm;
     const bool of_each = distances.size() > frame && distances.size() > 1;
@@ -49,7 +53,10 @@ std::vector<uint8_t> labels_of(const MovingVolume& volume, const MovedVolume& mo
           glm::dvec3 lps = grid.lps_from_index({i, j, k});
           // One distance alone is carried, as the values are.
           if (!of_each) lps -= glm::dvec3(moved.moved_mm[n]);
-          if (distance.scalar(volume_from_lps(lps)) > 0.0) labels[n] = uint8_t(s + 1);
+          const double inside_mm = distance.scalar(volume_from_lps(lps));
+          if (!(inside_mm > 0.0 && inside_mm < nearest_mm[n])) continue;
+          nearest_mm[n] = inside_mm;
+          labels[n] = uint8_t(s + 1);
         }
   }
   return labels;
@@ -94,23 +101,23 @@ void add_volumes(WebPage& page, const MovingVolume& volume, const std::string& u
   labels.role = VolumeRole::kLabels;
   labels.title = "segments";
   labels.grid = page.volumes.front().grid;
-  web::WebPlot sizes{"Volume of the segments (ml)", unit, false, true, {}};
+  const SegmentSizes sizes = segment_sizes(volume);
+  web::WebPlot volumes{"Volume of the segments (ml)", unit, false, true, {}};
   for (size_t s = 0; s < volume.segments.size(); ++s) {
     const Segment& segment = volume.segments[s];
     labels.labels.push_back(
         {int(s + 1), segment.name, glm::ivec3(glm::round(255.0F * segment.colour))});
-    sizes.curves.push_back({segment.name, page.frame_times, {}});
+    volumes.curves.push_back({segment.name, page.frame_times, sizes.volumes_ml[s].values});
   }
-  const double voxel_ml =
-      1e-3 * labels.grid.spacing_mm.x * labels.grid.spacing_mm.y * labels.grid.spacing_mm.z;
-  for (size_t k = 0; k < moved.size(); ++k) {
-    labels.frames.push_back(labels_of(volume, moved[k], k));
-    for (size_t s = 0; s < volume.segments.size(); ++s)
-      sizes.curves[s].y.push_back(
-          voxel_ml * double(std::count(labels.frames[k].begin(), labels.frames[k].end(), s + 1)));
-  }
+  for (size_t k = 0; k < moved.size(); ++k) labels.frames.push_back(labels_of(volume, moved[k], k));
   page.volumes.push_back(std::move(labels));
-  page.plots.push_back(std::move(sizes));
+  page.plots.push_back(std::move(volumes));
+  if (sizes.cavity >= 0)
+    page.plots.push_back({"Thickness of the wall (mm)",
+                          unit,
+                          false,
+                          true,
+                          {{sizes.wall_mm.name, page.frame_times, sizes.wall_mm.values}}});
 }
 
 /// Force and depth over the run; of many ticks the largest force in each of 1,000 parts.

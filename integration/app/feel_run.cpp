@@ -628,7 +628,7 @@ class FeelRun {
     of_slices.update(connected_.session->scene());
     Status done =
         stage_views(*outputs_, gallery_->pictures(), command_.view.slices ? &of_slices : nullptr,
-                    title, timeline, command_.view);
+                    TimeStrip(connected_.session->scene(), false), title, timeline, command_.view);
     if (!done) return done;
     const auto path = outputs_->stage("summary.txt");
     if (!path) return path.error();

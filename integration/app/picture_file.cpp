@@ -1,9 +1,11 @@
 #include "integration/app/picture_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
+#include "integration/charts/frame_bar.h"
 #include "integration/charts/slice_panel.h"
 
 namespace palpate::app {
@@ -27,6 +29,8 @@ uint32_t as_transparent(uint32_t colour) {
   return argb_of(result);
 }
 
+constexpr double kUsualPicture_px = 768.0, kLeastStripScale = 0.7, kSizesHeight = 130.0;
+constexpr charts::Color kStripGround{0.055, 0.065, 0.085};
 constexpr double kNameHeight = 26.0;  // of the line below the pictures of two eyes, px
 
 }  // namespace
@@ -61,12 +65,14 @@ std::vector<charts::Bitmap> rasters_of(std::span<const Picture> eyes, const View
 }
 
 std::optional<charts::Bitmap> slices_beside(const ScenePicture& picture,
-                                            const SceneSnapshot& snapshot, int height_px) {
+                                            const SceneSnapshot& snapshot,
+                                            const std::vector<TubeColours>& colours,
+                                            int height_px) {
   if (height_px < charts::kLowestWithSlices_px) return {};
   auto slices = picture.slices(snapshot, charts::slice_edge_px(height_px));
   if (!slices) return {};
   const auto lines = charts::time_lines(picture.volumes().front()->times, slices->time_s);
-  return charts::draw_slices({std::move(*slices), lines}, height_px);
+  return charts::draw_slices({std::move(*slices), lines, colours}, height_px);
 }
 
 namespace {
@@ -98,8 +104,45 @@ Status write_side_by_side(const std::string& path, const std::vector<charts::Bit
   return on_canvas(rasters, [&](const charts::Canvas& canvas) { return canvas.save(path); });
 }
 
+TimeStrip::TimeStrip(std::shared_ptr<const Scene> scene, bool has_bar, bool says_time)
+    : scene_(std::move(scene)),
+      has_bar_(has_bar),
+      says_time_(says_time),
+      volume_(charts::first_moving(*scene_)) {
+  if (volume_ >= 0) sizes_ = segment_sizes(*scene_->volumes[size_t(volume_)].data);
+}
+
+charts::Bitmap TimeStrip::below(charts::Bitmap picture, const SceneSnapshot& snapshot,
+                                int height_px) const {
+  const double scale = std::max(height_px / kUsualPicture_px, kLeastStripScale);
+  if (volume_ < 0 || picture.width < charts::kNarrowestWithBar_px) return picture;
+  const FrameTimes& times = scene_->volumes[size_t(volume_)].data->times;
+  const double time_s = snapshot.volumes[size_t(volume_)].time_s;
+  std::vector<charts::Bitmap> parts;
+  if (charts::has_sizes(sizes_))
+    parts.push_back(charts::draw_sizes(sizes_, times, time_s,
+                                       {picture.width, int(kSizesHeight * scale)}, scale));
+  if (has_bar_) {
+    charts::FrameBar bar{times, time_s, ""};
+    if (says_time_)
+      bar.text = fmt::format("{}", fmt::join(charts::time_lines(times, time_s), ", "));
+    parts.push_back(charts::draw_frame_bar(bar, picture.width, scale));
+  }
+  int height = picture.height;
+  for (const charts::Bitmap& part : parts) height += part.height;
+  charts::Canvas canvas(picture.width, height);
+  canvas.draw_raster(picture, {0.0, 0.0}, 0.0);
+  double y = picture.height;
+  canvas.fill_box({0.0, y}, {picture.width, height - y}, kStripGround);
+  for (const charts::Bitmap& part : parts) {
+    canvas.draw_raster(part, {0.0, y}, 0.0);
+    y += part.height;
+  }
+  return canvas.raster();
+}
+
 Status stage_views(Outputs& outputs, const std::vector<StereoPicture>& pictures,
-                   const ScenePicture* of_slices, const std::string& title,
+                   const ScenePicture* of_slices, const TimeStrip& strip, const std::string& title,
                    const charts::Timeline& timeline, const ViewChoices& choices) {
   charts::FeltPage page{title, timeline.subtitle, {}, timeline};
   for (const StereoPicture& picture : pictures)
@@ -111,9 +154,12 @@ Status stage_views(Outputs& outputs, const std::vector<StereoPicture>& pictures,
     if (!path) return path.error();
     std::vector<charts::Bitmap> rasters = rasters_of(pictures[v].eyes, choices);
     if (of_slices)
-      if (auto slices = slices_beside(*of_slices, pictures[v].snapshot, pictures[v].eyes[0].height))
+      if (auto slices = slices_beside(*of_slices, pictures[v].snapshot, pictures[v].tube_colours,
+                                      pictures[v].eyes[0].height))
         rasters.push_back(std::move(*slices));
-    const Status written = write_side_by_side(path->string(), rasters);
+    const Status written = write_side_by_side(
+        path->string(),
+        {strip.below(side_by_side(rasters), pictures[v].snapshot, pictures[v].eyes[0].height)});
     if (!written) return outputs.in_place(written.error());
   }
   const auto path = outputs.stage("page.png");

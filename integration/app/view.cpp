@@ -60,20 +60,6 @@ size_t frames_of(const LoadedScene& scene) {
   return most;
 }
 
-/// What is drawn of a snapshot: the eyes' pictures, and slices at their right where these are
-/// wanted.
-Result<std::vector<charts::Bitmap>> drawn(Viewer& viewer, const SceneSnapshot& snapshot,
-                                          PictureSize size, int eye_count) {
-  const ViewChoices& choices = viewer.picture().choices();
-  const auto eyes = viewer.take_all(snapshot, size, eye_count);
-  if (!eyes) return eyes.error();
-  std::vector<charts::Bitmap> rasters = rasters_of(*eyes, choices);
-  if (choices.slices)
-    if (auto slices = slices_beside(viewer.picture(), snapshot, size.height))
-      rasters.push_back(std::move(*slices));
-  return rasters;
-}
-
 /// Loads the scene, or for a live source its first frame.
 Result<LoadedScene> shown_scene(const FeelCommand& command, Console& console) {
   running::SessionCallbacks callbacks;
@@ -92,10 +78,28 @@ struct DrawnScene {
   std::unique_ptr<Viewer> viewer;
   PictureSize size;
   int eyes = 1;  ///< of a picture
+  TimeStrip strip;
 };
 
+/// What is drawn of a snapshot: the eyes' pictures, slices at their right where these are wanted,
+/// and the time below.
+Result<charts::Bitmap> drawn(const DrawnScene& drawing, const SceneSnapshot& snapshot) {
+  Viewer& viewer = *drawing.viewer;
+  const ViewChoices& choices = viewer.picture().choices();
+  const auto eyes = viewer.take_all(snapshot, drawing.size, drawing.eyes);
+  if (!eyes) return eyes.error();
+  std::vector<charts::Bitmap> rasters = rasters_of(*eyes, choices);
+  const int height_px = drawing.size.height;
+  if (choices.slices)
+    if (auto slices =
+            slices_beside(viewer.picture(), snapshot, viewer.shown().tube_colours, height_px))
+      rasters.push_back(std::move(*slices));
+  return drawing.strip.below(side_by_side(rasters), snapshot, height_px);
+}
+
 /// Opens the device; what else can fail comes before, because it takes a second.
-Result<DrawnScene> open_drawing(const FeelCommand& command, LoadedScene scene, bool pairs) {
+Result<DrawnScene> open_drawing(const FeelCommand& command, LoadedScene scene, bool pairs,
+                                bool has_bar = false) {
   const auto assembled = plan(scene.spec, scene.data, scene.kinds);
   if (!assembled) return assembled.error();
   const PictureSize size{command.picture_size, command.picture_size};
@@ -106,7 +110,8 @@ Result<DrawnScene> open_drawing(const FeelCommand& command, LoadedScene scene, b
   if (!viewer) return viewer.error();
   if (const Status set = (*viewer)->update(*assembled); !set) return set.error();
   if (const Status shows = (*viewer)->picture().shows_something(); !shows) return shows.error();
-  return DrawnScene{std::move(scene), std::move(*viewer), size, eyes};
+  return DrawnScene{std::move(scene), std::move(*viewer), size, eyes,
+                    TimeStrip(*assembled, has_bar, !command.view.slices)};
 }
 
 /// Writes one picture.
@@ -118,10 +123,9 @@ Status draw_picture(const FeelCommand& command, double frame, Console& console) 
                                                    frame, frames_of(*scene) - 1)};
   auto drawing = open_drawing(command, std::move(*scene), false);
   if (!drawing) return drawing.error();
-  const auto rasters =
-      drawn(*drawing->viewer, snapshot_at(drawing->scene, frame), drawing->size, drawing->eyes);
-  if (!rasters) return rasters.error();
-  const Status written = write_side_by_side(command.picture.string(), *rasters);
+  const auto picture = drawn(*drawing, snapshot_at(drawing->scene, frame));
+  if (!picture) return picture.error();
+  const Status written = write_side_by_side(command.picture.string(), {*picture});
   if (written) console.say(fmt::format("Wrote     {}", command.picture.string()));
   return written;
 }
@@ -138,12 +142,11 @@ Status draw_frames(const FeelCommand& command, Console& console, std::stop_token
   for (size_t k = 0; k < frames; ++k) {
     if (stop.stop_requested()) return Error{ErrorKind::kCancelled, "Stopped: nothing was written"};
     console.progress(double(k) / double(frames), "drawing");
-    const auto rasters = drawn(*drawing->viewer, snapshot_at(drawing->scene, double(k)),
-                               drawing->size, drawing->eyes);
-    if (!rasters) return rasters.error();
+    const auto picture = drawn(*drawing, snapshot_at(drawing->scene, double(k)));
+    if (!picture) return picture.error();
     const auto path = outputs->stage(fmt::format("frame_{}.png", k));
     if (!path) return path.error();
-    const Status written = write_side_by_side(path->string(), *rasters);
+    const Status written = write_side_by_side(path->string(), {*picture});
     if (!written) return outputs->in_place(written.error());
   }
   console.end_progress();
@@ -200,7 +203,7 @@ Status draw_film(FeelCommand command, const FilmChoices& choices, Console& conso
   const int pictures = std::max(1, int(std::lround(course.length_s * kFilmRate)));
   auto outputs = Outputs::into(choices.file.has_parent_path() ? choices.file.parent_path() : ".");
   if (!outputs) return outputs.error();
-  auto drawing = open_drawing(command, std::move(*scene), false);
+  auto drawing = open_drawing(command, std::move(*scene), false, true);
   if (!drawing) return drawing.error();
   const auto path = outputs->stage(choices.file.filename().string());
   if (!path) return path.error();
@@ -212,17 +215,14 @@ Status draw_film(FeelCommand command, const FilmChoices& choices, Console& conso
     console.progress(double(k) / pictures, "drawing");
     if (course.turn_deg != 0.0) view.from.azimuth_deg = first_deg + course.turn_deg * k / pictures;
     drawing->viewer->choose(view);
-    const auto rasters =
-        drawn(*drawing->viewer, snapshot_at_time(drawing->scene, double(k) / kFilmRate),
-              drawing->size, drawing->eyes);
-    if (!rasters) return rasters.error();
-    const charts::Bitmap picture = side_by_side(*rasters);
+    const auto picture = drawn(*drawing, snapshot_at_time(drawing->scene, double(k) / kFilmRate));
+    if (!picture) return picture.error();
     if (!film) {
-      auto started = FilmFile::start(*path, picture.width, picture.height, kFilmRate);
+      auto started = FilmFile::start(*path, picture->width, picture->height, kFilmRate);
       if (!started) return started.error();
       film.emplace(std::move(*started));
     }
-    if (const Status added = film->add(picture); !added) return outputs->in_place(added.error());
+    if (const Status added = film->add(*picture); !added) return outputs->in_place(added.error());
   }
   console.end_progress();
   if (const Status done = film->finish(); !done) return outputs->in_place(done.error());

@@ -5,16 +5,21 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integration/charts/range.h"
+
 namespace palpate::charts {
 namespace {
 
-constexpr Color kGround{0.055, 0.065, 0.085}, kInk{0.93, 0.95, 0.97}, kFaint{0.62, 0.67, 0.74};
+constexpr Color kGround{0.055, 0.065, 0.085}, kSliceInk{0.93, 0.95, 0.97}, kFaint{0.62, 0.67, 0.74};
 constexpr Color kCross{0.30, 0.78, 0.98};
 constexpr double kEdgeShare = 0.28;     // of the panel's height: three slices and their text
-constexpr double kGap = 4.0;            // between slices, at a height of kUsualHeight
+constexpr double kSliceGap = 4.0;       // between slices, at a height of kUsualHeight
 constexpr double kUsualHeight = 768.0;  // at which sizes below are pixels
 constexpr double kLeastScale = 0.7;     // of text that can be read
-constexpr double kLine = 17.0, kSwatch = 10.0, kLongestBar = 0.4;
+constexpr double kSliceLine = 17.0, kSwatch = 10.0, kLongestBar = 0.4;
+constexpr double kSlicePad = 6.0, kColourBar = 9.0;
+constexpr double kColourLines = 2.3;     // that a bar of colours takes: its name, then the bar
+constexpr double kSmallestSlice = 0.75;  // of the usual edge
 
 /// The slice as a raster of this size, values read linearly between the centres of its pixels.
 Bitmap raster_of(const Slice& slice, const OrthogonalSlices& all, glm::ivec2 size) {
@@ -76,7 +81,7 @@ void draw_slice(Canvas& canvas, const Slice& slice, const OrthogonalSlices& all,
     if (from < to) canvas.draw_line({{place.x, from}, {place.x, to}}, kCross, scale, 0.7);
 
   const double middle = corner.x + 0.5 * edge_px, pad = 4.0 * scale, text = 11.0 * scale;
-  TextStyle side{.size_px = text, .bold = true, .color = kInk, .halo = true};
+  TextStyle side{.size_px = text, .bold = true, .color = kSliceInk, .halo = true};
   canvas.draw_text(slice.sides[0], {corner.x + pad, corner.y + 0.5 * edge_px + 0.35 * text}, side);
   side.align = Align::kRight;
   canvas.draw_text(slice.sides[1],
@@ -88,9 +93,36 @@ void draw_slice(Canvas& canvas, const Slice& slice, const OrthogonalSlices& all,
   if (!has_bar) return;
   const double bar_mm = readable_mm(kLongestBar * edge_px / z * all.px_mm);
   const double bar = z * bar_mm / all.px_mm, y = corner.y + edge_px - 2.0 * pad;
-  canvas.draw_line({{corner.x + pad, y}, {corner.x + pad + bar, y}}, kInk, 2.0 * scale);
+  canvas.draw_line({{corner.x + pad, y}, {corner.x + pad + bar, y}}, kSliceInk, 2.0 * scale);
   canvas.draw_text(fmt::format("{:g} mm", bar_mm), {corner.x + pad, y - pad},
-                   {.size_px = text, .color = kInk, .halo = true});
+                   {.size_px = text, .color = kSliceInk, .halo = true});
+}
+
+/// The name of a range of colours and, below it, their bar between its ends; from y on,
+/// kColourLines high.
+void draw_colours(Canvas& canvas, const TubeColours& of, double y, double width, double scale) {
+  const double pad = kSlicePad * scale, line = kSliceLine * scale, text = 12.0 * scale;
+  y += line;
+  canvas.draw_text(of.name + ", " + of.unit, {pad, y - 0.3 * line},
+                   {.size_px = text, .color = kSliceInk, .max_width_px = width - 2.0 * pad});
+  y += line;
+  TextStyle end{.size_px = text, .color = kSliceInk};
+  const std::string low = number(of.least), high = number(of.most);
+  const double left = pad + canvas.text_width(low, end) + pad;
+  const double right = width - pad - canvas.text_width(high, end) - pad;
+  canvas.draw_text(low, {pad, y - 0.3 * line}, end);
+  end.align = Align::kRight;
+  canvas.draw_text(high, {width - pad, y - 0.3 * line}, end);
+  Bitmap bar{std::max(1, int(right - left)), std::max(1, int(kColourBar * scale)), {}};
+  for (int row = 0; row < bar.height; ++row)
+    for (int x = 0; x < bar.width; ++x) {
+      const double at = (x + 0.5) / bar.width * double(of.colours.size() - 1);
+      const size_t k = std::min(size_t(at), of.colours.size() - 2);
+      const glm::uvec3 c(
+          glm::round(255.0 * glm::mix(of.colours[k], of.colours[k + 1], at - double(k))));
+      bar.pixels.push_back(0xff000000U | c.r << 16 | c.g << 8 | c.b);
+    }
+  canvas.draw_raster(bar, glm::round(glm::dvec2(left, y - 0.3 * line - bar.height)), 0.0);
 }
 
 }  // namespace
@@ -116,37 +148,50 @@ std::vector<std::string> time_lines(const FrameTimes& times, double time_s) {
   return lines;
 }
 
+int first_moving(const Scene& scene, int count) {
+  for (int v = 0; v < std::min(int(scene.volumes.size()), count); ++v)
+    if (!scene.volumes[size_t(v)].data->is_still()) return v;
+  return -1;
+}
+
 std::vector<std::string> time_lines(const Scene& scene, const SceneSnapshot& snapshot) {
-  for (int v = 0; v < std::min(int(scene.volumes.size()), snapshot.volume_count); ++v) {
-    const MovingVolume& volume = *scene.volumes[size_t(v)].data;
-    if (volume.is_still()) continue;
-    const VolumeSnapshot& of = snapshot.volumes[size_t(v)];
-    std::vector<std::string> lines = time_lines(volume.times, of.time_s);
-    if (of.rate == 0.0 && !lines.empty()) lines.front() += ", paused";
-    return lines;
-  }
-  return {};
+  const int v = first_moving(scene, snapshot.volume_count);
+  if (v < 0) return {};
+  const VolumeSnapshot& of = snapshot.volumes[size_t(v)];
+  std::vector<std::string> lines = time_lines(scene.volumes[size_t(v)].data->times, of.time_s);
+  if (of.rate == 0.0 && !lines.empty()) lines.front() += ", paused";
+  return lines;
 }
 
 Bitmap draw_slices(const SlicePanel& panel, int height_px) {
   const int edge_px = slice_edge_px(height_px);
   const double scale = std::max(height_px / kUsualHeight, kLeastScale);
   Canvas canvas(edge_px, height_px, kGround);
+  const double pad = kSlicePad * scale, line = kSliceLine * scale, gap = kSliceGap * scale;
+  const double text_px = line * (0.6 + double(panel.lines.size() + panel.slices.walls.size()) +
+                                 kColourLines * double(panel.colours.size()));
+  const int tile_px =
+      std::clamp(int((height_px - text_px) / 3.0 - gap), int(kSmallestSlice * edge_px), edge_px);
   double y = 0.0;
   for (size_t n = 0; n < panel.slices.planes.size(); ++n) {
-    draw_slice(canvas, panel.slices.planes[n], panel.slices, {0.0, y}, edge_px, scale, n == 0);
-    y += edge_px + kGap * scale;
+    draw_slice(canvas, panel.slices.planes[n], panel.slices,
+               {std::floor(0.5 * (edge_px - tile_px)), y}, tile_px, scale, n == 0);
+    y += tile_px + gap;
   }
 
   // Text, as much as there is room for.
-  const double pad = 6.0 * scale, line = kLine * scale;
-  const auto room = [&] { return y + line <= height_px; };
+  const auto room = [&](double lines = 1.0) { return y + lines * line <= height_px; };
   y += 0.3 * line;
   for (const std::string& text : panel.lines) {
     if (!room()) break;
     y += line;
     canvas.draw_text(text, {pad, y - 0.3 * line},
                      {.size_px = 12.0 * scale, .color = kFaint, .max_width_px = edge_px - 2 * pad});
+  }
+  for (const TubeColours& of : panel.colours) {
+    if (!room(kColourLines)) break;
+    draw_colours(canvas, of, y, edge_px, scale);
+    y += kColourLines * line;
   }
   for (const SliceWall& wall : panel.slices.walls) {
     if (!room()) break;
@@ -157,7 +202,21 @@ Bitmap draw_slices(const SlicePanel& panel, int height_px) {
     const double left = pad + 1.7 * swatch;
     canvas.draw_text(
         wall.name, {left, y - 0.3 * line},
-        {.size_px = 12.0 * scale, .color = kInk, .max_width_px = edge_px - left - pad});
+        {.size_px = 12.0 * scale, .color = kSliceInk, .max_width_px = edge_px - left - pad});
+  }
+  return canvas.raster();
+}
+
+Bitmap draw_tube_colours(const std::vector<TubeColours>& colours, int height_px) {
+  if (colours.empty()) return {};
+  const double scale = std::max(height_px / kUsualHeight, kLeastScale);
+  const double height = kSliceLine * scale * (0.3 + kColourLines * double(colours.size()));
+  Canvas canvas(slice_edge_px(height_px), int(height));
+  canvas.fill_box({0.0, 0.0}, {slice_edge_px(height_px), height}, kGround, 0.80, 9.0 * scale);
+  double y = 0.0;
+  for (const TubeColours& of : colours) {
+    draw_colours(canvas, of, y, slice_edge_px(height_px), scale);
+    y += kColourLines * kSliceLine * scale;
   }
   return canvas.raster();
 }

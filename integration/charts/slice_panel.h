@@ -7,6 +7,7 @@
 #include "module/haptics/scene/scene.h"
 #include "module/haptics/scene/scene_snapshot.h"
 #include "module/session/slices.h"
+#include "module/view/things.h"
 
 namespace palpate::charts {
 
@@ -14,6 +15,7 @@ namespace palpate::charts {
 struct SlicePanel {
   OrthogonalSlices slices;
   std::vector<std::string> lines;
+  std::vector<TubeColours> colours;  ///< of the tubes in the picture
 };
 
 /// The panel beside a picture of this height, px: its width, which is the edge of a slice.
@@ -25,13 +27,21 @@ constexpr int kLowestWithSlices_px = 256;
 /// times are known: a line each. Empty for a single frame.
 std::vector<std::string> time_lines(const FrameTimes& times, double time_s);
 
-/// The same of the first volume with several frames as it is shown; "paused" where time stands
-/// still.
+/// The first volume with several frames of a scene's first `count`, as an index; -1: there is none.
+int first_moving(const Scene& scene, int count = SceneSnapshot::kMostVolumes);
+
+/// The same of the first moving volume as it is shown; "paused" where time stands still.
 std::vector<std::string> time_lines(const Scene& scene, const SceneSnapshot& snapshot);
 
 /// The panel, opaque: grey values, contours of walls in their colours, the patient's sides, a
-/// crosshair at the place, a scale bar in mm, then the lines and the names of the walls, as many as
-/// there is room for. Slices are enlarged to slice_edge_px() where they have fewer pixels.
+/// crosshair at the place, a scale bar in mm. Below, as many as there is room for: the lines, bars
+/// of the tubes' colours with the ends of their ranges and units, and the names of the walls.
+/// Slices are enlarged to slice_edge_px() where they have fewer pixels, and made smaller where the
+/// text needs room, by a quarter at most.
 Bitmap draw_slices(const SlicePanel& panel, int height_px);
+
+/// The bars of the tubes' colours alone, as wide as the panel of slices is, on a plate; empty
+/// without tubes.
+Bitmap draw_tube_colours(const std::vector<TubeColours>& colours, int height_px);
 
 }  // namespace palpate::charts

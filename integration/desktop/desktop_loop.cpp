@@ -7,6 +7,7 @@
 #include <cmath>
 #include <thread>
 
+#include "integration/charts/frame_bar.h"
 #include "integration/charts/slice_panel.h"
 #include "integration/desktop/help.h"
 #include "module/scene/drive.h"
@@ -97,6 +98,7 @@ void DesktopLoop::frame(const TickOutput& tick, const std::string& note) {
   // Side by side, each half of the window is the whole picture of an eye.
   if (is_side_by_side(view_.stereo.value_or(Stereo::kMono)))
     input.cursor.x = 2.0 * input.cursor.x + (input.cursor.x < 0.0 ? 1.0 : -1.0);
+  drag_bar(input);
   for (const KeyPress& one : input.keys) press(one, input);
   steer(input);
   if (mouse_) move_probe(input);
@@ -170,6 +172,30 @@ void DesktopLoop::press(const KeyPress& press, const Input& input) {
   }
 }
 
+/// A press on the bar of frames moves time until the button is released; then it goes on if it did.
+/// Meanwhile the button means nothing else.
+void DesktopLoop::drag_bar(Input& input) {
+  const bool pressed = input.left && !was_left_;
+  was_left_ = input.left;
+  const glm::dvec2 at = input.cursor_px - glm::dvec2(bar_corner_);
+  const bool is_over = at.x >= 0.0 && at.y >= 0.0 && at.x < bar_.width && at.y < bar_.height;
+  if (pressed && is_over) {
+    drags_bar_ = true;
+    played_ = session_->plays();
+    dragged_to_ = -1.0;
+  }
+  if (!drags_bar_) return;
+  if (!input.left) {
+    drags_bar_ = false;
+    if (played_) session_->play(true);
+    return;
+  }
+  const double share = charts::frame_bar_share(at.x, bar_.width, window_->scale());
+  if (share != dragged_to_) session_->scrub_to(share);
+  dragged_to_ = share;
+  input.left = false;
+}
+
 /// The right button turns the view, and every button where the mouse is no hand.
 void DesktopLoop::steer(const Input& input) {
   if (input.middle) {
@@ -201,6 +227,28 @@ void DesktopLoop::move_probe(const Input& input) {
   mouse_->hold(device.volume_from_world(pointing_.place_m()), input.left ? 1 : 0);
 }
 
+void DesktopLoop::draw_time() {
+  bar_ = chart_ = {};
+  if (!shown_) return;
+  const auto scene = session_->scene();
+  const int v = charts::first_moving(*scene, shown_->snapshot.volume_count);
+  const double scale = window_->scale();
+  const PictureSize size = window_->size_px();
+  const int edge = int(kEdge * scale), width = size.width - 2 * edge;
+  if (v < 0 || width < charts::kNarrowestWithBar_px * scale) return;
+  const auto& volume = scene->volumes[size_t(v)].data;
+  const double time_s = shown_->snapshot.volumes[size_t(v)].time_s;
+  const auto lines = charts::time_lines(*scene, shown_->snapshot);
+  bar_ = charts::draw_frame_bar({volume->times, time_s, fmt::format("{}", fmt::join(lines, ", "))},
+                                width, scale);
+  bar_corner_ = {edge, size.height - bar_.height - edge};
+  sizes_.want(volume);
+  const auto sizes = sizes_.newest();
+  if (sizes && charts::has_sizes(*sizes))
+    chart_ = charts::draw_sizes(*sizes, volume->times, time_s,
+                                glm::ivec2(scale * glm::dvec2(kPlotWidth, kPlotHeight)), scale);
+}
+
 void DesktopLoop::draw_panel(int height_px) {
   if (!view_.slices || !shown_ || height_px < charts::kLowestWithSlices_px) {
     drawn_slices_ = nullptr;
@@ -209,9 +257,12 @@ void DesktopLoop::draw_panel(int height_px) {
   }
   slices_->want({shown_->snapshot, view_, charts::slice_edge_px(height_px)});
   auto newest = slices_->newest();
-  if (newest == drawn_slices_ && panel_.height == height_px) return;
+  const std::vector<TubeColours>& colours = shown_->tube_colours;
+  if (newest == drawn_slices_ && panel_.height == height_px && colours == drawn_colours_) return;
   drawn_slices_ = std::move(newest);
-  panel_ = drawn_slices_ ? charts::draw_slices({*drawn_slices_, {}}, height_px) : charts::Bitmap{};
+  drawn_colours_ = colours;
+  panel_ = drawn_slices_ ? charts::draw_slices({*drawn_slices_, {}, colours}, height_px)
+                         : charts::Bitmap{};
 }
 
 void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
@@ -221,7 +272,8 @@ void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   const std::string trouble = live_->trouble();
   if (!trouble.empty()) lines.push_back("There is no picture: " + trouble);
   if (trouble.empty() && !shown_) lines.push_back("The first picture is being drawn.");
-  if (shown_)
+  draw_time();
+  if (shown_ && bar_.width == 0)
     for (const std::string& line : charts::time_lines(*session_->scene(), shown_->snapshot))
       lines.push_back(line);
   if (!note.empty()) lines.push_back(note);
@@ -238,21 +290,36 @@ void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
   const int edge = int(kEdge * scale);
   const int plot_width = std::min(kPlotWidth, int((size.width - 2 * edge) / scale));
   const charts::Bitmap strip = plot_.draw(std::max(1, plot_width), kPlotHeight, scale);
+  const int bottom = bar_.width > 0 ? bar_corner_.y : size.height;
   OverlayCorners corners;
-  corners.plot = {size.width - strip.width - edge, size.height - strip.height - edge};
+  corners.plot = {size.width - strip.width - edge, bottom - strip.height - edge};
   std::vector<Overlay> overlays = {{&note_, {edge, edge}}};
+  if (bar_.width > 0) overlays.push_back({&bar_, bar_corner_});
   if (shows_help_) {
     const glm::ivec2 plot = view_.hand ? glm::ivec2(strip.width, strip.height) : glm::ivec2(0);
-    corners = place_corners({size.width, size.height}, {help_.width, help_.height}, plot,
+    corners = place_corners({size.width, bottom}, {help_.width, help_.height}, plot,
                             note_.height + 2 * edge, edge);
     overlays.push_back({&help_, corners.help});
   }
   const bool shows_plot = view_.hand && corners.shows_plot;
   if (shows_plot) overlays.push_back({&strip, corners.plot});
-  // Slices at the right, above the plot.
-  draw_panel(size.height - 2 * edge - (shows_plot ? strip.height + edge : 0));
-  if (panel_.width > 0 && 3 * panel_.width <= size.width)
-    overlays.push_back({&panel_, {size.width - panel_.width - edge, edge}});
+  // The segments' sizes at the left of the plot, or in its place.
+  const glm::ivec2 chart((shows_plot ? corners.plot.x : size.width) - chart_.width - edge,
+                         bottom - chart_.height - edge);
+  const int help_end = shows_help_ && corners.help.y + help_.height > chart.y
+                           ? corners.help.x + help_.width + edge
+                           : edge;
+  const bool shows_chart = chart_.width > 0 && chart.x >= help_end && chart.y > note_.height + edge;
+  if (shows_chart) overlays.push_back({&chart_, chart});
+  // Slices at the right, above both.
+  const int below = shows_plot ? corners.plot.y : shows_chart ? chart.y : bottom;
+  draw_panel(below - 2 * edge);
+  const bool shows_panel = panel_.width > 0 && 3 * panel_.width <= size.width;
+  if (shows_panel) overlays.push_back({&panel_, {size.width - panel_.width - edge, edge}});
+  const charts::Bitmap bars = shown_ && !shows_panel
+                                  ? charts::draw_tube_colours(shown_->tube_colours, size.height)
+                                  : charts::Bitmap{};
+  if (bars.width > 0) overlays.push_back({&bars, {size.width - bars.width - edge, edge}});
   static const Picture kNothing;
   window_->show(shown_ ? shown_->picture : kNothing, overlays);
 }

@@ -10,6 +10,7 @@
 #include "integration/desktop/window.h"
 #include "module/haptics/servo/position_source.h"
 #include "module/session/live_picture.h"
+#include "module/session/live_sizes.h"
 #include "module/session/live_slices.h"
 
 namespace palpate::desktop {
@@ -49,9 +50,13 @@ class DesktopLoop {
   DesktopLoop(std::unique_ptr<Window> window, std::string scene_name,
               const vulkan::ContextOptions& gpu, const ViewChoices& view);
   void press(const KeyPress& press, const Input& input);
+  void drag_bar(Input& input);
   void steer(const Input& input);
   void move_probe(const Input& input);
   void draw(const TickOutput& tick, const std::string& note);
+  /// Draws the bar of frames and the segments' sizes as they are now; empty ones where there are
+  /// none.
+  void draw_time();
   /// Asks for slices and draws the newest as a panel of this height, px; none: an empty one.
   void draw_panel(int height_px);
   Eye eye() const;
@@ -78,7 +83,15 @@ class DesktopLoop {
   std::shared_ptr<const LiveFrame> shown_;
   std::unique_ptr<LiveSlices> slices_;
   std::shared_ptr<const OrthogonalSlices> drawn_slices_;  ///< what panel_ shows
+  std::vector<TubeColours> drawn_colours_;                ///< the same
   charts::Bitmap panel_;
+  LiveSizes sizes_;
+  charts::Bitmap bar_, chart_;  ///< of frames; of the segments' sizes
+  glm::ivec2 bar_corner_{0};
+  bool was_left_ = false;   ///< the left button, at the last frame
+  bool drags_bar_ = false;  ///< since it was pressed there
+  bool played_ = false;     ///< before
+  double dragged_to_ = 0.0;
 };
 
 }  // namespace palpate::desktop

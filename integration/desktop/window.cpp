@@ -133,6 +133,8 @@ Result<std::unique_ptr<Window>> Window::open(const std::string& title, int width
     glfwTerminate();
     return no_window(reason);
   }
+  // A click that is shorter than a frame is seen, too.
+  glfwSetInputMode(made, GLFW_STICKY_MOUSE_BUTTONS, GLFW_TRUE);
   glfwMakeContextCurrent(made);
   glfwSwapInterval(1);
   auto window = std::unique_ptr<Window>(new Window(made));
@@ -235,6 +237,8 @@ Input Window::poll() {
   const PicturePlace place = place_of_picture(size, picture_aspect_);
   const glm::dvec2 share = (cursor - place.corner) / place.size;
   input.cursor = {2.0 * share.x - 1.0, 1.0 - 2.0 * share.y};
+  const PictureSize pixels = size_px();
+  input.cursor_px = cursor * glm::dvec2(pixels.width, pixels.height) / size;
   if (known_cursor_) {
     const glm::dvec2 by = (cursor - last_cursor_) / size.y;
     input.dragged = {by.x, -by.y};

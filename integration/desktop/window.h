@@ -44,11 +44,12 @@ struct KeyPress {
 
 /// What the person did since the last poll, and the state now.
 struct Input {
-  InPicture cursor{0.0};    ///< in the picture that is shown, not in the window's margins
-  bool in_window = false;   ///< the cursor is over the window
-  bool moved = false;       ///< the cursor is elsewhere than at the last poll
-  glm::dvec2 dragged{0.0};  ///< how far it went, in heights of the window; y upwards
-  double wheel = 0.0;       ///< notches, away from the person positive
+  InPicture cursor{0.0};      ///< in the picture that is shown, not in the window's margins
+  glm::dvec2 cursor_px{0.0};  ///< in the window, from its top left corner
+  bool in_window = false;     ///< the cursor is over the window
+  bool moved = false;         ///< the cursor is elsewhere than at the last poll
+  glm::dvec2 dragged{0.0};    ///< how far it went, in heights of the window; y upwards
+  double wheel = 0.0;         ///< notches, away from the person positive
   bool left = false, right = false, middle = false;
   std::vector<KeyPress> keys;  ///< in order
 };

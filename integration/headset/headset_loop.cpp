@@ -273,6 +273,7 @@ class HeadsetLoop::Run {
     if (view.slices) slices_->want({snapshot_, view, charts::slice_edge_px(kRoomPanelHeight_px)});
     RoomText text;
     text.slices = view.slices ? slices_->newest() : nullptr;
+    text.colours = tube_colours_;
     if (view.hand) {
       const bool free = snapshot_.cause == Cause::kNone;
       text.force = fmt::format("{:.1f} N", glm::length(snapshot_.force_n));
@@ -360,6 +361,7 @@ class HeadsetLoop::Run {
     xr::Scenery scenery;
     const SceneSnapshot ahead = ahead_.at(snapshot_, frame.display_time_ns);
     scenery.scene = picture_->at(ahead, frame.display_time_ns, xr::eye_of(frame.eyes[0]));
+    tube_colours_ = scenery.scene.tube_colours;
     add_fingers(scenery.scene.things);
     if (const auto clip = hands_->clip(ahead)) scenery.scene.clips.push_back(*clip);
     if (shows_panel_ && panel_.newest())
@@ -393,6 +395,7 @@ class HeadsetLoop::Run {
   std::string no_tracking_;
   std::optional<PlaceCheck> check_;  ///< only with a calibration
   std::unique_ptr<ScenePicture> picture_;
+  std::vector<TubeColours> tube_colours_;  ///< of the last frame
   SceneSnapshot snapshot_;
   SnapshotAhead ahead_;
   std::unique_ptr<LiveSlices> slices_;  ///< none: no panel is asked for

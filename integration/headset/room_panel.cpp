@@ -51,7 +51,8 @@ charts::Bitmap draw_room_panel(const RoomText& text) {
   Canvas canvas(kRoomPanelWidth_px, kRoomPanelHeight_px, kPaper);
   double left = kMargin;
   if (text.slices) {
-    const charts::Bitmap slices = charts::draw_slices({*text.slices, {}}, kRoomPanelHeight_px);
+    const charts::Bitmap slices =
+        charts::draw_slices({*text.slices, {}, text.colours}, kRoomPanelHeight_px);
     canvas.draw_raster(slices, {0.0, 0.0}, 0.0);
     left += slices.width;
   }

@@ -9,6 +9,7 @@
 #include "integration/headset/button_help.h"
 #include "module/session/slices.h"
 #include "module/view/picture.h"
+#include "module/view/things.h"
 
 namespace palpate::headset {
 
@@ -19,6 +20,7 @@ struct RoomText {
   std::vector<std::string> lines;
   std::vector<ButtonHelp> help;
   std::shared_ptr<const OrthogonalSlices> slices;  ///< beside the text; null: none
+  std::vector<TubeColours> colours;                ///< of tubes, below the slices
   bool operator==(const RoomText&) const = default;
 };
 

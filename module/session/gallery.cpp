@@ -97,7 +97,11 @@ void Gallery::keep(const SceneSnapshot& snapshot, const ViewScene& scene,
   const bool stronger = worth == before && force_n > kStronger * kept.picture.force_n;
   if (kept.any && worth <= before && !stronger) return;
   kept = {true, snapshot.in_contact, moving, {}};
-  kept.picture = {{std::move(pictures[0]), std::move(pictures[1])}, snapshot, pointer, force_n};
+  kept.picture = {{std::move(pictures[0]), std::move(pictures[1])},
+                  snapshot,
+                  pointer,
+                  force_n,
+                  scene.tube_colours};
 }
 
 }  // namespace palpate

@@ -22,6 +22,7 @@ struct StereoPicture {
   SceneSnapshot snapshot;
   double frame = 0.0;  ///< of the first moving volume, with its phase
   double force_n = 0.0;
+  std::vector<TubeColours> tube_colours;
 };
 
 /// Draws a scene off screen while it runs: both eyes again and again on a thread of its own, at the

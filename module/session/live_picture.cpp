@@ -70,6 +70,7 @@ Result<std::chrono::milliseconds> LivePicture::draw(Viewer& viewer, const SceneS
                        : joined({std::move((*pictures)[0]), std::move((*pictures)[1])}, stereo);
   frame->eye = wanted.eye;
   frame->snapshot = snapshot;
+  frame->tube_colours = viewer.shown().tube_colours;
   frame->picture_s = std::chrono::duration<double>(Clock::now() - drawing).count();
   resolution_ = next_resolution(resolution_, frame->picture_s, kResolution);
   const std::lock_guard lock(mutex_);

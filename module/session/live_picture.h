@@ -22,6 +22,7 @@ struct LiveFrame {
   Picture picture;  ///< of both eyes where two are asked for
   Eye eye;          ///< between both
   SceneSnapshot snapshot;
+  std::vector<TubeColours> tube_colours;
   double picture_s = 0.0;  ///< time for drawing and reading back
 };
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "module/session/moved_volume.h"
+
 namespace palpate {
 namespace {
 
@@ -18,6 +20,8 @@ constexpr glm::dvec3 kLightTop{0.95, 0.96, 0.97}, kLightBottom{0.84, 0.86, 0.89}
 constexpr glm::dvec3 kUsualDirection{0.42, 0.30, 1.0};  // towards the eye
 constexpr double kHeightAngle = 0.55;                   // vertical angle of view, rad
 constexpr double kArrow_m_per_n = 0.008;
+// Of the line from the tip down to a wall, if radius_m is 10 cm: m.
+constexpr double kLongestDrop = 0.2, kDropDash = 0.003, kDropLine = 0.0004;
 constexpr double kTube = 0.0006;              // m, radius if radius_m is 10 cm
 constexpr double kKeptTube = 1.6;             // factor on that for tubes that are kept
 constexpr double kLongestPrediction_s = 0.1;  // an older tick is not extrapolated further
@@ -130,6 +134,27 @@ glm::dvec3 middle_of(const MovingVolume& volume) {
   return inside > 0 ? sum / double(inside) : 0.5 * (frame.low_m() + frame.high_m());
 }
 
+/// Names what the colours of tubes along a field mean, in units that are read easily.
+void name_tubes(TubeField field, glm::dvec2 lengths, glm::dvec3 (*colour)(double, double, double),
+                ViewScene& scene) {
+  if (!(lengths.y > 0.0)) return;
+  const auto name = [&](const char* what, const char* unit_of, double factor) {
+    const glm::dvec2 range = factor * lengths;
+    scene.tube_colours.push_back(tube_colours(what, unit_of, range.x, range.y, colour));
+  };
+  // No format says of every file what its numbers are.
+  switch (field) {
+    case TubeField::kVectors:
+      return name("vectors", "unit of the file", 1.0);
+    case TubeField::kGradient:
+      return name("slope", "per mm", 1e-3);
+    case TubeField::kCurl:
+      return name("curl", "per mm", 1e-3);
+    case TubeField::kVelocity:
+      return name("speed", "mm/s", 1e3);
+  }
+}
+
 }  // namespace
 
 Status check_look(const std::string& name) {
@@ -216,11 +241,8 @@ glm::dvec2 ScenePicture::greys_of(size_t v) const {
   return level_of(look) + 0.5 * width_of(look) * glm::dvec2(-1.0, 1.0);
 }
 
-std::optional<OrthogonalSlices> ScenePicture::slices(const SceneSnapshot& snapshot,
-                                                     int edge_px) const {
-  if (volumes_.empty()) return {};
+std::vector<SliceWall> ScenePicture::walls() const {
   const MovingVolume& volume = *volumes_[0];
-  const VolumeSnapshot& of = snapshot.volumes[shown_[0]];
   std::vector<SliceWall> walls;
   for (size_t s = 0; s < volume.segments.size(); ++s)
     if (volume.segments[s].shown)
@@ -235,6 +257,52 @@ std::optional<OrthogonalSlices> ScenePicture::slices(const SceneSnapshot& snapsh
     walls.push_back(
         {fmt::format("{}: {:.4g}", mode.spec.name, iso_value), glm::vec3(kProxy), iso_value, -1});
   }
+  return walls;
+}
+
+std::optional<double> ScenePicture::height_m(const SceneSnapshot& snapshot, glm::dvec3 at_m,
+                                             double most_m) const {
+  if (volumes_.empty()) return {};
+  constexpr int kSteps = 120, kHalvings = 8;
+  const MovingVolume& volume = *volumes_[0];
+  const VolumeSnapshot& of = snapshot.volumes[shown_[0]];
+  const std::vector<SliceWall> all = walls();
+  if (all.empty()) return {};
+  MovedReader reader(volume, of.time_s);
+  // Above 0 behind a wall; not a number where a segment is not known.
+  const auto behind = [&](const SliceWall& wall, double down_m) {
+    const glm::dvec3 y = of.world_from_volume.volume_from_world(at_m - glm::dvec3(0, down_m, 0));
+    const glm::dvec3 x = reader.material_at(y);
+    return wall.segment >= 0 ? reader.distance_mm(volume.segments[size_t(wall.segment)], x)
+                             : reader.value(x) - wall.iso_value;
+  };
+  std::optional<double> nearest_m;
+  for (const SliceWall& wall : all) {
+    const double end_m = nearest_m.value_or(most_m), step_m = most_m / kSteps;
+    double before = behind(wall, 0.0);
+    for (double down_m = step_m; down_m < end_m; down_m += step_m) {
+      const double now = behind(wall, down_m);
+      if ((before > 0.0) == (now > 0.0) || !std::isfinite(before + now)) {
+        before = now;
+        continue;
+      }
+      double above_m = down_m - step_m, below_m = down_m;
+      for (int n = 0; n < kHalvings; ++n) {
+        const double middle_m = 0.5 * (above_m + below_m);
+        ((behind(wall, middle_m) > 0.0) == (before > 0.0) ? above_m : below_m) = middle_m;
+      }
+      nearest_m = below_m;
+      break;
+    }
+  }
+  return nearest_m;
+}
+
+std::optional<OrthogonalSlices> ScenePicture::slices(const SceneSnapshot& snapshot,
+                                                     int edge_px) const {
+  if (volumes_.empty()) return {};
+  const MovingVolume& volume = *volumes_[0];
+  const VolumeSnapshot& of = snapshot.volumes[shown_[0]];
   const Transform& world = of.world_from_volume;
   const glm::dvec3 place_m =
       choices_.hand ? snapshot.proxy_m
@@ -246,7 +314,7 @@ std::optional<OrthogonalSlices> ScenePicture::slices(const SceneSnapshot& snapsh
     time_s = times.times_s[volume.whole ? volume.whole->reference()
                                         : size_t(pointer_at(times, of.time_s).frame)];
   }
-  OrthogonalSlices slices = slices_through(volume, time_s, place, edge_px, std::move(walls));
+  OrthogonalSlices slices = slices_through(volume, time_s, place, edge_px, walls());
   if (!has_patient(0))
     for (Slice& slice : slices.planes) slice.sides = {};
   const glm::dvec2 greys = greys_of(0);
@@ -283,13 +351,15 @@ void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, dou
   // scale of pen, tubes and other bodies: 1 for a scene of 10 cm radius
   const double size = radius_m / 0.1;
   if (choices_.hand) add_hand(snapshot, eye, size, scene);
-  for (size_t v = 0; v < volumes_.size(); ++v)
-    add_tubes(scene.volumes[v], v, kTube * size, scene.things);
+  for (size_t v = 0; v < volumes_.size(); ++v) add_tubes(v, kTube * size, scene);
   for (size_t v = 0; v < volumes_.size(); ++v) {
-    if (!spec(v).appearance.tubes.value_or(volumes_[v]->frames.front()->is_vector())) continue;
+    const bool has_vectors = volumes_[v]->frames.front()->is_vector();
+    if (!spec(v).appearance.tubes.value_or(has_vectors)) continue;
     const ViewVolume& of = scene.volumes[v];
-    stream_[v].add(scene.things, *volumes_[v], of.world_from_volume, of.pointer, kTube * size,
-                   choices_.whole_frames);
+    const glm::dvec2 lengths = stream_[v].add(scene.things, *volumes_[v], of.world_from_volume,
+                                              of.pointer, kTube * size, choices_.whole_frames);
+    name_tubes(has_vectors ? TubeField::kVectors : TubeField::kGradient, lengths, tube_colour,
+               scene);
   }
   if (!choices_.box) return;
   for (size_t v = 0; v < volumes_.size(); ++v) {
@@ -304,9 +374,9 @@ void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, dou
 
 /// Adds the released tubes of volume v at the volume's pointer; the colours cover the range of all
 /// tubes of the volume. Kept tubes are thicker.
-void ScenePicture::add_tubes(const ViewVolume& of, size_t v, double radius_m,
-                             Things& things) const {
+void ScenePicture::add_tubes(size_t v, double radius_m, ViewScene& scene) const {
   if (!tubes_) return;
+  const ViewVolume& of = scene.volumes[v];
   double least = 1e300, most = 0.0;
   for (const ReleasedTube& one : *tubes_)
     for (const double length : one.tube->lengths())
@@ -322,9 +392,12 @@ void ScenePicture::add_tubes(const ViewVolume& of, size_t v, double radius_m,
     for (glm::dvec3& x : places) x = of.world_from_volume.world_from_volume(x);
     const double radius = one.kept ? kKeptTube * radius_m : radius_m;
     for (size_t k = 1; k < places.size(); ++k)
-      things.push_back({places[k - 1], places[k], radius, radius,
-                        released_tube_colour(one.tube->lengths()[k], least, most)});
+      scene.things.push_back({places[k - 1], places[k], radius, radius,
+                              released_tube_colour(one.tube->lengths()[k], least, most)});
   }
+  for (const ReleasedTube& one : *tubes_)
+    if (one.volume == shown_[v])
+      return name_tubes(one.tube->field(), {least, most}, released_tube_colour, scene);
 }
 
 void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, double size,
@@ -339,6 +412,7 @@ void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, doubl
     second.in_contact = snapshot.second.in_contact;
     add_hand(second, eye, size, scene);
   }
+  if (!snapshot.in_contact) add_drop_line(snapshot, size, scene);
   if (choices_.fingertip) {
     const double share =
         std::clamp(glm::length(snapshot.force_n) / std::max(choices_.full_force_n, 1e-9), 0.0, 1.0);
@@ -362,6 +436,25 @@ void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, doubl
                snapshot.in_contact ? kProxy : kPen);
   add_arrow(scene.things, snapshot.proxy_m, snapshot.force_n, kArrow_m_per_n * size, 0.0012 * size,
             kArrow);
+}
+
+/// From the tip straight down to the first wall, so that its depth is seen: dashes, less visible
+/// the longer it is, and a dot where it ends.
+void ScenePicture::add_drop_line(const SceneSnapshot& snapshot, double size,
+                                 ViewScene& scene) const {
+  const double most_m = kLongestDrop * size;
+  const auto height = height_m(snapshot, snapshot.probe_m, most_m);
+  if (!height) return;
+  const glm::dvec3 colour =
+      glm::mix(choices_.background == PictureBackground::kLight ? kLettersOnLight : kProxy,
+               0.5 * (scene.background_top + scene.background_bottom), 0.85 * *height / most_m);
+  const glm::dvec3 down(0.0, -1.0, 0.0);
+  const double dash_m = kDropDash * size, radius_m = kDropLine * size;
+  for (double from_m = 0.0; from_m < *height; from_m += 2.0 * dash_m)
+    scene.things.push_back({snapshot.probe_m + from_m * down,
+                            snapshot.probe_m + std::min(from_m + dash_m, *height) * down, radius_m,
+                            radius_m, colour});
+  add_sphere(scene.things, snapshot.probe_m + *height * down, 3.0 * radius_m, colour);
 }
 
 ViewScene ScenePicture::at(const SceneSnapshot& snapshot, int64_t display_ns, const Eye& eye) {

@@ -93,8 +93,15 @@ class ScenePicture {
 
  private:
   void add_things(const SceneSnapshot& snapshot, const Eye& eye, double radius_m, ViewScene& scene);
-  void add_tubes(const ViewVolume& of, size_t v, double radius_m, Things& things) const;
+  void add_tubes(size_t v, double radius_m, ViewScene& scene) const;
   void add_hand(const SceneSnapshot& snapshot, const Eye& eye, double size, ViewScene& scene);
+  void add_drop_line(const SceneSnapshot& snapshot, double size, ViewScene& scene) const;
+  /// What is felt of the first visible volume, or drawn as segments.
+  std::vector<SliceWall> walls() const;
+  /// How far straight below a place (world, m) the first of these walls is, up to most_m; not set:
+  /// there is none.
+  std::optional<double> height_m(const SceneSnapshot& snapshot, glm::dvec3 at_m,
+                                 double most_m) const;
   /// No level and no width were chosen.
   bool has_own_window() const;
   /// Its axes are a patient's.

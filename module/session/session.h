@@ -116,6 +116,8 @@ class Session {
 
   /// Whether there is motion to play: false while it is being estimated. Any thread.
   bool can_play() const { return can_play_; }
+  /// Whether time goes on, or will where there is motion to play. Any thread.
+  bool plays() const { return playing_; }
   /// Pauses or continues; does nothing while motion is being estimated. Any thread.
   void toggle_play();
   void play(bool on);

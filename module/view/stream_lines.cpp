@@ -2,12 +2,13 @@
 
 namespace palpate {
 
-void StreamLines::add(Things& things, const MovingVolume& volume,
-                      const Transform& world_from_volume, FramePointer pointer, double radius_m,
-                      bool whole_frames) {
+glm::dvec2 StreamLines::add(Things& things, const MovingVolume& volume,
+                            const Transform& world_from_volume, FramePointer pointer,
+                            double radius_m, bool whole_frames) {
   if (frames_ != volume.frames) {
     frames_ = volume.frames;
     laid_.assign(frames_.size(), {});
+    lengths_.assign(frames_.size(), glm::dvec2(0.0));
   }
   // A volume with one motion for all times has one frame, which the motion carries.
   const size_t of = volume.whole ? 0 : size_t(pointer.frame);
@@ -17,7 +18,7 @@ void StreamLines::add(Things& things, const MovingVolume& volume,
     TubeOptions options;
     options.seeds_per_axis = seeds_per_axis_;
     options.gradient = !frame.is_vector();
-    add_stream_tubes(laid, Transform(), frame, options);
+    lengths_[of] = add_stream_tubes(laid, Transform(), frame, options);
   }
   const MotionMap* motion = nullptr;
   if (!whole_frames && !volume.motions.empty() &&
@@ -39,6 +40,7 @@ void StreamLines::add(Things& things, const MovingVolume& volume,
     last_seen = seen_at(rod.to);
     things.push_back({from, last_seen, radius_m, radius_m, rod.colour});
   }
+  return lengths_[of];
 }
 
 }  // namespace palpate

@@ -18,14 +18,16 @@ class StreamLines {
 
   /// Appends the tubes of the frame that the pointer is in, each point carried along by the
   /// volume's first motion as the material is (x + g u(x)), unless they are to stay
-  /// (`whole_frames`). radius_m: world.
-  void add(Things& things, const MovingVolume& volume, const Transform& world_from_volume,
-           FramePointer pointer, double radius_m, bool whole_frames);
+  /// (`whole_frames`). radius_m: world. Returns the least and greatest length of the vectors that
+  /// their colours cover; the greatest is 0 where there are no tubes.
+  glm::dvec2 add(Things& things, const MovingVolume& volume, const Transform& world_from_volume,
+                 FramePointer pointer, double radius_m, bool whole_frames);
 
  private:
   int seeds_per_axis_;
   std::vector<std::shared_ptr<const FrameData>> frames_;  ///< of which laid_ are
   std::vector<Things> laid_;                              ///< volume space; empty: not yet laid
+  std::vector<glm::dvec2> lengths_;                       ///< that their colours cover
 };
 
 }  // namespace palpate

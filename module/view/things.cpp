@@ -135,8 +135,17 @@ glm::dvec3 released_tube_colour(double length, double least, double most) {
                      : glm::mix(kGreen, kYellow, 2.0 * share - 1.0);
 }
 
-void add_stream_tubes(Things& things, const Transform& world_from_volume, const FrameData& data,
-                      const TubeOptions& options) {
+TubeColours tube_colours(std::string name, std::string unit, double least, double most,
+                         glm::dvec3 (*colour)(double, double, double)) {
+  constexpr int kSteps = 16;
+  TubeColours of{std::move(name), std::move(unit), least, most, {}};
+  for (int k = 0; k <= kSteps; ++k)
+    of.colours.push_back(colour(least * std::pow(most / least, double(k) / kSteps), least, most));
+  return of;
+}
+
+glm::dvec2 add_stream_tubes(Things& things, const Transform& world_from_volume,
+                            const FrameData& data, const TubeOptions& options) {
   const auto vector = [&](glm::dvec3 x) {
     return options.gradient ? data.scalar_gradient(x) : data.vector(x);
   };
@@ -170,6 +179,7 @@ void add_stream_tubes(Things& things, const Transform& world_from_volume, const 
     add_rod(things, world_from_volume.world_from_volume(s.from),
             world_from_volume.world_from_volume(s.to), options.radius_m,
             tube_colour(s.length, least, most));
+  return {least, most};
 }
 
 }  // namespace palpate

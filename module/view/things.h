@@ -1,6 +1,7 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <string>
 #include <vector>
 
 #include "module/scene/frame_data.h"
@@ -49,6 +50,18 @@ glm::dvec3 tube_colour(double length, double least, double most);
 /// is the colour of flesh or bone.
 glm::dvec3 released_tube_colour(double length, double least, double most);
 
+/// What the colours of tubes mean, for those who name them beside a picture.
+struct TubeColours {
+  std::string name;  ///< of what they show
+  std::string unit;
+  double least = 0.0, most = 0.0;
+  std::vector<glm::dvec3> colours;  ///< sRGB, at even steps of the logarithm from least to most
+  bool operator==(const TubeColours&) const = default;
+};
+/// The colours of `colour` (one of the two functions above) over this range.
+TubeColours tube_colours(std::string name, std::string unit, double least, double most,
+                         glm::dvec3 (*colour)(double, double, double));
+
 /// How stream tubes are laid.
 struct TubeOptions {
   int seeds_per_axis = 6;  ///< of a lattice over the data's box
@@ -60,8 +73,8 @@ struct TubeOptions {
 
 /// Tubes along the field lines of vector data through a lattice of seeds, by the classic
 /// Runge-Kutta method with steps of one detail_m, in tube_colour() from the least length met to the
-/// greatest.
-void add_stream_tubes(Things& things, const Transform& world_from_volume, const FrameData& data,
-                      const TubeOptions& options);
+/// greatest, which are returned; most is 0 where there are none.
+glm::dvec2 add_stream_tubes(Things& things, const Transform& world_from_volume,
+                            const FrameData& data, const TubeOptions& options);
 
 }  // namespace palpate

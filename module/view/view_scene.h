@@ -38,9 +38,10 @@ std::vector<ClipPlane> clip_box(const Transform& world_from_box, glm::dvec3 low_
 
 /// Everything that one picture shows. Values; nothing refers to the renderer.
 struct ViewScene {
-  std::vector<ViewVolume> volumes;  ///< at most 4
-  std::vector<RoundCone> things;    ///< opaque, world; see things.h
-  std::vector<ClipPlane> clips;     ///< at most 8, all hold; they clip volumes, not things
+  std::vector<ViewVolume> volumes;        ///< at most 4
+  std::vector<RoundCone> things;          ///< opaque, world; see things.h
+  std::vector<ClipPlane> clips;           ///< at most 8, all hold; they clip volumes, not things
+  std::vector<TubeColours> tube_colours;  ///< of things; the renderer does not read them
   glm::dvec3 background_top{0.105, 0.125, 0.16};    ///< sRGB
   glm::dvec3 background_bottom{0.03, 0.035, 0.05};  ///< sRGB
   glm::dvec3 light{-0.35, 0.65, 0.67};              ///< towards the light, in the first eye's axes

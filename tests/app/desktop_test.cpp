@@ -95,8 +95,10 @@ TEST(Desktop, KeysGoThroughTimeAndBringViewAndProbeBack) {
       {"feel", "shell", "--headset", "none", "--device", "mouse", "--csv", csv.string()});
   ASSERT_TRUE(wait_until([&] { return share_of_flesh(display->screenshot()) > 0.1; }))
       << "no heart is visible";
-  // Space pauses it; four steps of a fortieth forward, two back. The pauses are long, so that each
-  // state is also drawn on a busy machine.
+  // The bar of frames below: a press at a quarter of it stays there until it is released.
+  ASSERT_TRUE(display->act("mousemove 309 730 sleep 0.5 mousedown 1 sleep 1.5 mouseup 1 sleep 1"));
+  // Space pauses it: time went on. Four steps of a fortieth forward, two back. The pauses are long,
+  // so that each state is also drawn on a busy machine.
   ASSERT_TRUE(display->act("key space sleep 3"));
   ASSERT_TRUE(display->act("key --delay 100 Right Right Right Right sleep 3"));
   ASSERT_TRUE(display->act("key --delay 100 Left Left sleep 3"));
@@ -138,6 +140,9 @@ TEST(Desktop, KeysGoThroughTimeAndBringViewAndProbeBack) {
   const auto held = std::find_if(phases.begin(), phases.end(), beyond_last(-0.2));
   ASSERT_NE(held, phases.end()) << "no rest two steps before the last one";
   EXPECT_NE(std::find_if(held, phases.end(), beyond_last(0.2)), phases.end()) << "four steps on";
+  EXPECT_TRUE(std::any_of(phases.begin(), held, [](double phase) {
+    return std::abs(phase - 1.0) < 0.02;
+  })) << "the bar did not lead to frame 1 of 4";
   const std::vector<double> depths = rests(ticks, "probe_z_m", 1e-4);
   ASSERT_GE(depths.size(), 2u);
   const double deepest = *std::max_element(depths.begin(), depths.end());
@@ -227,8 +232,10 @@ TEST(Desktop, ViewsAVolumeWithoutHandAndPlot) {
   EXPECT_TRUE(wait_until([&] { return slices() > 2000; })) << "no slices are visible";
   ASSERT_TRUE(display->act("key s"));
   EXPECT_TRUE(wait_until([&] { return slices() < 200; })) << "the slices stay";
+  // A bar of frames with its words stands at the bottom.
+  EXPECT_GT(bright_in({20, 700}, {1105, 745}), 200);
   // The plot's plate has white letters; here is only the dark background.
-  EXPECT_LT(bright_in({780, 590}, {1105, 745}), 200) << "a force plot is drawn";
+  EXPECT_LT(bright_in({780, 590}, {1105, 690}), 200) << "a force plot is drawn";
   ASSERT_TRUE(display->act("key Escape"));
   const Outcome outcome = program.wait();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;

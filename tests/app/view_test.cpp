@@ -240,12 +240,22 @@ TEST(View, WritesAFilm) {
   ASSERT_GT(bytes.size(), 1000u);
   EXPECT_EQ(bytes.substr(0, 6), "GIF89a");
   EXPECT_EQ(uint8_t(bytes[6]) + 256 * uint8_t(bytes[7]), 64) << "width";
+  const auto height_of = [](const std::string& gif) {
+    return uint8_t(gif.at(8)) + 256 * uint8_t(gif.at(9));
+  };
+  EXPECT_EQ(height_of(bytes), 64) << "there is no room for a bar of frames";
   // One control extension for each picture.
   size_t pictures = 0;
   for (size_t at = bytes.find("\x21\xf9\x04"); at != std::string::npos;
        at = bytes.find("\x21\xf9\x04", at + 1))
     ++pictures;
   EXPECT_EQ(pictures, 5u);
+  // Where there is room the bar of frames stands below.
+  const Outcome larger = run({"view", heart, "--picture-size", "256", "--seconds", "0.1",
+                              "--no-slices", "--film", folder / "bar.gif"});
+  ASSERT_EQ(larger.exit_code, 0) << larger.err;
+  std::ifstream with_bar(folder / "bar.gif", std::ios::binary);
+  EXPECT_GT(height_of({std::istreambuf_iterator<char>(with_bar), {}}), 256 + 20);
 }
 
 TEST(View, CutsTheBreathingChestOpen) {

@@ -59,6 +59,52 @@ TEST(SlicePanel, EnlargesWhatHasFewerPixels) {
   EXPECT_NE(rgb(raster, {edge - 5, edge / 8}), glm::ivec3(255));
 }
 
+TEST(SlicePanel, HasABarOfTheTubesColoursWithItsEnds) {
+  SlicePanel panel = panel_of({200, 200});
+  const TubeColours speed{"speed", "mm/s", 3.0, 120.0, {{1.0, 0.0, 0.0}, {0.0, 0.0, 1.0}}};
+  const Bitmap without = draw_slices(panel, kHeight);
+  panel.colours = {speed};
+  const Bitmap with = draw_slices(panel, kHeight);
+  // The bar is a row in which red gives way to blue, with ink of numbers at both sides.
+  const auto bar_of = [](const Bitmap& raster) {
+    for (int y = 0; y < raster.height; ++y) {
+      std::vector<int> red, blue;
+      for (int x = 0; x < raster.width; ++x) {
+        const glm::ivec3 c = rgb(raster, {x, y});
+        if (c.r > 200 && c.g < 10 && c.b < 60) red.push_back(x);
+        if (c.b > 200 && c.g < 10 && c.r < 60) blue.push_back(x);
+      }
+      if (red.size() > 10 && blue.size() > 10 && red.back() < blue.front())
+        return glm::ivec3(red.front(), blue.back(), y);
+    }
+    return glm::ivec3(0);
+  };
+  EXPECT_EQ(bar_of(without), glm::ivec3(0));
+  const glm::ivec3 bar = bar_of(with);
+  ASSERT_GT(bar.y, bar.x);
+  const auto bright = [&](int from, int to, int top) {
+    int count = 0;
+    for (int y = top; y < top + 12; ++y)
+      for (int x = from; x < to; ++x) count += rgb(with, {x, y}).g > 150;
+    return count;
+  };
+  EXPECT_GT(bright(0, bar.x, bar.z - 2), 5) << "the least speed";
+  EXPECT_GT(bright(bar.y + 1, with.width, bar.z - 2), 10) << "the greatest speed";
+  EXPECT_GT(bright(0, with.width, bar.z - 16), 60) << "name and unit";
+  // A panel that has no room for the text makes its slices smaller.
+  const int edge = slice_edge_px(kHeight);
+  panel = panel_of({edge, edge});
+  panel.lines = {"1", "2", "3"};
+  panel.slices.walls.resize(4, panel.slices.walls.front());
+  for (Slice& slice : panel.slices.planes) slice.contours_px.resize(4);
+  panel.colours = {speed};
+  EXPECT_GT(bar_of(draw_slices(panel, kHeight)).y, 0);
+  EXPECT_NE(rgb(draw_slices(panel, kHeight), {edge - 2, edge / 2}), glm::ivec3(255));
+  // Alone, where slices are not wanted.
+  EXPECT_GT(bar_of(draw_tube_colours({speed}, kHeight)).y, 0);
+  EXPECT_EQ(draw_tube_colours({}, kHeight).width, 0);
+}
+
 TEST(SlicePanel, ReadsTimesInWordsThatFitWhatIsKnown) {
   FrameTimes times{{0.0, 0.2, 0.5}, 0.8, false};
   EXPECT_THAT(time_lines(times, 0.35),

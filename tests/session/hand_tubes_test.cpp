@@ -192,6 +192,41 @@ TEST(ScenePicture, DrawsTubesWhereTheMotionHasBroughtThemAndKeptOnesThicker) {
   EXPECT_GT(kept[0].from_radius_m, 1.2 * loose[0].from_radius_m);
 }
 
+TEST(ScenePicture, NamesWhatTheColoursOfTubesMean) {
+  ViewChoices choices;
+  choices.box = choices.hand = false;
+  const Eye eye = eye_at({1.0, 0.0, 0.3}, {1.0, 0.0, 0.0}, 0.5, {64, 64});
+  const auto named = [&](const std::shared_ptr<const Scene>& scene, bool release) {
+    HandTubes hand;
+    if (release) {
+      EXPECT_EQ(hand.take({Kind::kReleaseTube, snapshot_at({0.0, 0.002, 0.0})}, *scene), "");
+    }
+    ScenePicture picture(choices);
+    picture.update(scene);
+    picture.show(hand.tubes());
+    const std::vector<TubeColours> all = picture.at(snapshot_at({}), 0, eye).tube_colours;
+    EXPECT_EQ(all.size(), 1U);
+    return all.empty() ? TubeColours{} : all.front();
+  };
+  // Material that rises by 4 mm in a second.
+  const TubeColours speed = named(scene_of(rising(ramp())), true);
+  EXPECT_EQ(speed.name + ", " + speed.unit, "speed, mm/s");
+  EXPECT_NEAR(speed.least, 4.0, 0.01);
+  EXPECT_NEAR(speed.most, 4.0, 0.01);
+  ASSERT_GT(speed.colours.size(), 2U);
+  EXPECT_EQ(speed.colours.front(), released_tube_colour(1.0, 1.0, 2.0));
+  // A value that rises by 1 in 2 mm: tubes all over the data, in their own colours.
+  const auto scalar = scene_of(test::still(ramp()), "surface", VectorProperty::kVector, true);
+  const TubeColours slope = named(scalar, false);
+  EXPECT_EQ(slope.name + ", " + slope.unit, "slope, per mm");
+  EXPECT_NEAR(slope.most, 0.5, 0.02);
+  EXPECT_EQ(slope.colours.back(), tube_colour(slope.most, slope.least, slope.most));
+  // The unit of a file's numbers is not known.
+  const TubeColours vectors = named(scene_of(test::still(streams()), "follow"), false);
+  EXPECT_EQ(vectors.name + ", " + vectors.unit, "vectors, unit of the file");
+  EXPECT_NEAR(vectors.most, 3.0, 1e-6);
+}
+
 TEST(Things, AReleasedTubeHasNoColourOfFleshOrBone) {
   // All colours of the scale: more blue or green than red, or equally red and green without blue;
   // never grey.
@@ -230,6 +265,40 @@ TEST(ScenePicture, ABareFingertipShowsContactByItsColour) {
   EXPECT_GT(glm::distance(free, light), 0.3) << "a touch is visible before there is a force";
   EXPECT_GT(glm::distance(light, hard), 0.3);
   EXPECT_EQ(ball(true, 9.0), hard);
+}
+
+TEST(ScenePicture, ALineFromTheTipShowsItsHeightAboveTheWallUntilItTouches) {
+  // The value is 9.5 in the middle, where the wall is.
+  SceneSpec spec;
+  spec.volumes.resize(1);
+  spec.volumes[0].name = "data";
+  spec.modes.resize(1);
+  spec.modes[0].name = spec.modes[0].kind = "surface";
+  spec.modes[0].volume = "data";
+  spec.modes[0].strength = *TransferFunction::linear({9.0, 10.0}, {0.0, 1.0});
+  const auto scene = *plan(spec, {test::still(ramp())});
+  ViewChoices choices;
+  choices.box = false;
+  ScenePicture picture(choices);
+  picture.update(scene);
+  const Eye eye = eye_at({1.0, 0.0, 0.3}, {1.0, 0.0, 0.0}, 0.5, {64, 64});
+  SceneSnapshot snapshot = snapshot_at({});
+  const auto lowest_m = [&] {
+    double lowest = 1e300;
+    for (const RoundCone& one : picture.at(snapshot, 0, eye).things)
+      lowest = std::min({lowest, one.from.y, one.to.y});
+    return lowest;
+  };
+  for (const double height_m : {0.004, 0.012}) {
+    snapshot.probe_m = snapshot.proxy_m = {1.002, height_m, 0.003};
+    EXPECT_NEAR(lowest_m(), 0.0, 2e-4) << height_m;
+  }
+  snapshot.in_contact = true;
+  EXPECT_GT(lowest_m(), 0.01);
+  // Nothing is below.
+  snapshot.in_contact = false;
+  snapshot.probe_m = snapshot.proxy_m = {1.002, -0.004, 0.003};
+  EXPECT_GT(lowest_m(), -0.006);
 }
 
 TEST(ScenePicture, ThePenTurnsWithTheHandWhereThatIsSensed) {
