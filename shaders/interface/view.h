@@ -39,7 +39,7 @@ PALPATE_CONSTANT int kMostTerms = 41;    // of a motion for a whole sequence: Ti
 // to 7), not solid (8 to 15), not thin (16 to 23); 0 if the brick itself is so. While the word is
 // being made it holds the flags below.
 #ifdef __cplusplus
-constexpr unsigned kSolid = 0x100U;  // every block is occupied, and it is not thin
+constexpr unsigned kSolid = 0x100U;  // nothing is skipped in it, and it is not thin
 constexpr unsigned kThin = 0x200U;   // it absorbs little light, so longer steps suffice
 #else
 const uint kSolid = 0x100u;

@@ -126,7 +126,7 @@ bool occupied(int v, float t, out float end, out bool thin) {
   if (before) end = enters[v];
   if (after) end = kFar;
   thin = thin || before || after;
-  return (shows || not_thin > 0 && apart == 0) && !before && !after;
+  return (shows || solid > 0 || not_thin > 0 && apart == 0) && !before && !after;
 }
 
 void set_out(int v, int eye, vec2 pixel) {
