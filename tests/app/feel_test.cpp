@@ -101,8 +101,13 @@ TEST(Feel, PressesTheSegmentsOfARealHeart) {
                         double(std::count(labels->values.begin(), labels->values.end(), label));
       EXPECT_NEAR(shown["plots"][0]["curves"][label - 1]["y"][0].get<double>(), ml, 0.08 * ml);
     }
-    EXPECT_EQ(shown["plots"][1]["title"], "Force (N)");
-    const auto& force = shown["plots"][1]["curves"][0]["y"];
+    EXPECT_EQ(shown["plots"][1]["title"], "Thickness of the wall (mm)");
+    // The pig's left ventricle: 4 to 12 mm.
+    const auto thickness_mm = shown["plots"][1]["curves"][0]["y"][0].get<double>();
+    EXPECT_GT(thickness_mm, 4.0);
+    EXPECT_LT(thickness_mm, 12.0);
+    EXPECT_EQ(shown["plots"][2]["title"], "Force (N)");
+    const auto& force = shown["plots"][2]["curves"][0]["y"];
     EXPECT_GT(*std::max_element(force.begin(), force.end()), 0.5);
   }
   EXPECT_THAT(result.out,
