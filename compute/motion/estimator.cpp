@@ -217,6 +217,7 @@ class Worker final : public SequenceEstimator {
     done_ = true;
     ended_ = true;
     waiting_.clear();
+    spare_.clear();
     changed_.notify_all();
   }
 

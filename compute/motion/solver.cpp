@@ -178,8 +178,7 @@ void PairSolver::begin_level(size_t l) {
   if (coarsest) {
     for (const vulkan::Image* image : {&images.field, &images.ahead, &images.seen})
       kernels_->record_clear(recorder_, *image);
-  }
-  if (!coarsest) {
+  } else {
     const LevelPlan& from = plan_.levels[l + 1];
     const glm::ivec3 voxels = from.cell * from.ratio;
     const vulkan::Image& field = levels_[l + 1].field;
@@ -493,6 +492,11 @@ void PairSolver::take_over(size_t l, const FramePyramid& fixed, const FramePyram
 std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const FramePyramid& moving,
                                              const std::stop_token& stop,
                                              const SolveProgress& progress) {
+  // What was started reads the frames, and the caller may delete them after a stop or an error.
+  struct Drain {
+    vulkan::Recorder& recorder;
+    ~Drain() { recorder.drain(); }
+  } const drain_at_the_end{recorder_};
   const auto begin = std::chrono::steady_clock::now();
   SolveReport report;
   left_level_.reset();

@@ -94,7 +94,7 @@ Recorder::Recorder(std::shared_ptr<Context> context, uint32_t max_dispatches)
 
 Recorder::~Recorder() {
   const VkDevice device = context_->device();
-  if (pending_) vkWaitForFences(device, 1, &fence_, VK_TRUE, UINT64_MAX);
+  drain();
   vkDestroyQueryPool(device, queries_, nullptr);
   vkDestroyFence(device, fence_, nullptr);
   vkDestroyDescriptorPool(device, descriptors_, nullptr);
@@ -284,6 +284,11 @@ void Recorder::wait() {
   if (!pending_) return;
   check(vkWaitForFences(context_->device(), 1, &fence_, VK_TRUE, UINT64_MAX),
         "waiting for the device");
+  pending_ = false;
+}
+
+void Recorder::drain() noexcept {
+  if (pending_) vkWaitForFences(context_->device(), 1, &fence_, VK_TRUE, UINT64_MAX);
   pending_ = false;
 }
 

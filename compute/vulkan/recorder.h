@@ -75,6 +75,8 @@ class Recorder {
   /// Starts without waiting; wait() must follow before the next start().
   void start();
   void wait();
+  /// Waits if something runs; an error of the device is left to the next call that meets it.
+  void drain() noexcept;
 
   struct TimerStamp {
     std::string name;

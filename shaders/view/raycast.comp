@@ -95,7 +95,8 @@ vec4 texel(int v, vec3 at) {
   return textureLod(volume7, at, 0.0);
 }
 
-// Whether the volume can show anything at t, whether it is thin there, and up to which depth both hold.
+// Whether the volume can show anything at t, whether it is thin there, and up to which depth both hold. A solid brick
+// counts as showing something everywhere: soft ones may have empty cells.
 bool occupied(int v, float t, out float end, out bool thin) {
   const ivec3 voxel = clamp(ivec3(start[v] + t * way[v]), ivec3(0), ivec3(view.volumes[v].size.xyz) - 1);
   const ivec3 bricks = view.volumes[v].bricks.xyz;
