@@ -6,6 +6,7 @@
 #include "compute/motion/classic.h"
 #include "compute/motion/intensity.h"
 #include "compute/motion/solver.h"
+#include "compute/vulkan/tried.h"
 #include "tests/motion/oracle/oracle.h"
 #include "tests/motion/solver_test.h"
 #include "tests/support/tolerances.h"
@@ -135,6 +136,38 @@ TEST_F(SolverRegion, FindsTheSameFieldHoweverTexelsAreRead) {
     EXPECT_TRUE(found[0].u_mm == found[1].u_mm) << preset;
     EXPECT_GT(glm::length(found[0].u_mm[found[0].u_mm.size() / 2]), 0.1F) << preset;
   }
+}
+
+// Levels begin without a wait. The validation layers tell of images that are deleted in use.
+TEST_F(SolverRegion, LeavesNoWorkThatReadsTheFramesWhenASubmissionFails) {
+  MotionOptions options = *motion_preset("fast");
+  options.search_above = 0.0;  // so that all cells are compared with rest, which reads the frames
+  make({3.0, 2.0, -1.0}, {20, 20, 20}, {84, 52, 52}, options);
+  const Region region = region_of(plan, mask);
+  int submissions_left = 1 << 20;
+  vulkan::SharedDevice shared{context()->instance(), context()->physical_device(),
+                              context()->device(), context()->queue_family(), context()->queue()};
+  shared.lock_queue = [&]() -> Status {
+    if (submissions_left-- > 0) return Nothing{};
+    return Error{ErrorKind::kDeviceFailed, "locking a queue that is gone"};
+  };
+  shared.unlock_queue = [] {};
+  const auto own = vulkan::Context::share(shared);
+  ASSERT_TRUE(own);
+  kernels = std::make_shared<MotionKernels>(*own);
+  const auto [scale, noise] = frame_scale(pair.fixed, 0.0);
+  PyramidBuilder builder(*own, kernels, plan, region);
+  PairSolver solver(*own, kernels, plan, region);
+  int failed = 0;
+  for (int allowed = 1; allowed <= 12; ++allowed) {
+    submissions_left = 1 << 20;
+    FramePyramid fixed(*own, plan), moving(*own, plan);
+    builder.build(scaled_halves(pair.fixed, scale), noise, fixed);
+    builder.build(scaled_halves(pair.moving, scale), noise, moving);
+    submissions_left = allowed;
+    failed += !vulkan::tried([&] { (void)solver.solve(fixed, moving, {}, {}); });
+  }
+  EXPECT_EQ(failed, 12);
 }
 
 TEST_F(SolverRegion, SaysSoWhenSomethingMovesOutOfReachAndTheEstimatorPreparesMore) {
