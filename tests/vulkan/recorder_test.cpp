@@ -71,6 +71,21 @@ TEST_F(VulkanRecorder, LetsEveryDispatchWaitForTheOneBefore) {
   expect_equal(a, smoothed(10));
 }
 
+TEST_F(VulkanRecorder, OrdersCopiesAndDispatches) {
+  const vulkan::Buffer through(context(), size_t(size.x) * size_t(size.y) * size_t(size.z) * 16);
+  Recorder recorder(context());
+  smooth(recorder, a, b);
+  recorder.copy(b.image, through);
+  recorder.copy(through, a.image);
+  smooth(recorder, a, b);
+  smooth(recorder, b, a);
+  recorder.copy(a.image, through);
+  recorder.copy(through, b.image);
+  smooth(recorder, b, a);
+  recorder.run();
+  expect_equal(a, smoothed(4));
+}
+
 TEST_F(VulkanRecorder, RunsWhatWasRecordedAsOftenAsAsked) {
   Recorder recorder(context());
   smooth(recorder, a, b);
