@@ -172,9 +172,14 @@ Bitmap draw_sizes(const SegmentSizes& sizes, const FrameTimes& times, double tim
       TextStyle name{.size_px = 12.0 * scale,
                      .bold = true,
                      .color = {curve->colour.r, curve->colour.g, curve->colour.b},
-                     .max_width_px = 0.48 * size_px.x / double(at_left ? of.curves.size() : 1)};
-      if (!at_left) name.align = Align::kRight;
-      canvas.draw_text(words, {at_left ? name_x : size_px.x - 14.0 * scale, 16.0 * scale}, name);
+                     .max_width_px = 0.48 * size_px.x / double(of.curves.size())};
+      const double right_x = size_px.x - 14.0 * scale;
+      if (!at_left) {
+        // All that the names at the left have left.
+        name.align = Align::kRight;
+        name.max_width_px = right_x - name_x;
+      }
+      canvas.draw_text(words, {at_left ? name_x : right_x, 16.0 * scale}, name);
       name_x += std::min(canvas.text_width(words, name), name.max_width_px) + 14.0 * scale;
     }
   }
