@@ -31,9 +31,10 @@ DeviceInfo CalibrationHand::info() const {
 }
 
 DeviceReading CalibrationHand::exchange(const DeviceCommand&) noexcept {
-  places_.get(place_m_);
   DeviceReading reading;
   reading.time_ns = monotonic_ns();
+  // After the time was read: a reading later than go_to() is at its place.
+  places_.get(place_m_);
   reading.position_m = wanders_ ? wander_m(reading.time_ns) : place_m_;
   reading.fresh = true;
   return reading;

@@ -15,7 +15,7 @@ class CalibrationHand final : public ForceDevice {
  public:
   static constexpr double kReach_m = 0.08;
 
-  /// It is at that place from the next exchange on; device space, m. One thread; wait-free.
+  /// It is at that place in all readings with a later time; device space, m. One thread; wait-free.
   void go_to(glm::dvec3 place_m) noexcept { places_.put(place_m); }
   /// Wanders from now on. Any thread.
   void wander() noexcept { wanders_ = true; }

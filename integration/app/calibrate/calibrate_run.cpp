@@ -190,21 +190,26 @@ class Calibrating {
     if (simulated_)
       simulated_->go_to(info_.workspace_centre_m +
                         0.5 * info_.workspace_radius_m * place.direction);
+    asked_for_ = which;
+    asked_s_ = 1e-9 * double(monotonic_ns());
     console_.say(fmt::format("{}{}{}", which, place.words, so_far));
   }
 
   /// The live line about both tips while the user moves to a point.
   void live() {
-    if (tips_.empty()) {
+    // The simulated device is at the new point in readings from now on.
+    if (tips_.empty() || tips_.back().time_s <= asked_s_) {
+      if (log_.fault() == DeviceFault::kNone) return;
       const std::string why = with_flags(sentence(log_.fault()));
       console_.live("the device: " + why, why);
       return;
     }
     const glm::dvec3 tip = 1e3 * tips_.back().device_m;
     const char* const seen = hand().active ? "seen" : "not seen by the headset";
+    // Into a file a line comes seldom, but soon after each new point.
     console_.live(
         fmt::format("tip at {:.1f} {:.1f} {:.1f} mm; controller {}", tip.x, tip.y, tip.z, seen),
-        seen);
+        asked_for_ + seen);
   }
 
   Result<TouchedPoint> take_point() {
@@ -421,6 +426,8 @@ class Calibrating {
   Console& console_;
   std::stop_token stop_;
   glm::dvec3 tip_m_{0.0};
+  std::string asked_for_;  ///< the point that the user is to touch
+  double asked_s_ = 0.0;   ///< when that was said, monotonic time
   std::unique_ptr<ForceDevice> device_;
   devices::CalibrationHand* simulated_ = nullptr;  ///< the device, if it is simulated
   DeviceInfo info_;
