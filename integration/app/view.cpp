@@ -232,10 +232,11 @@ Status draw_film(FeelCommand command, const FilmChoices& choices, Console& conso
   return Nothing{};
 }
 
-int run(FeelCommand command, double frame, FilmChoices film) {
+int run(FeelCommand command, double frame, bool show_wall, FilmChoices film) {
   command.request.shown_only = true;
   command.view.hand = false;
-  command.request.sequence.wall = loading::FeltWall::kNotFelt;
+  loading::FeltWall& wall = command.request.sequence.wall;
+  if (wall == loading::FeltWall::kUsual && !show_wall) wall = loading::FeltWall::kNotFelt;
   if (command.picture.empty() && command.headless.empty() && film.file.empty()) {
     command.request.motion = false;
     return run_feel(command);
@@ -256,6 +257,7 @@ int run(FeelCommand command, double frame, FilmChoices film) {
 Command add_view(CLI::App& program) {
   auto command = std::make_shared<FeelCommand>();
   auto frame = std::make_shared<double>(0.0);
+  auto show_wall = std::make_shared<bool>(false);
   auto film = std::make_shared<FilmChoices>();
   command->picture_size = 768;
   CLI::App* app = program.add_subcommand(
@@ -283,17 +285,20 @@ Command add_view(CLI::App& program) {
                   "end")
       ->check(number_in({-3600.0, 3600.0, false, "degrees"}));
   add_seeing(*app, *command);
+  app->add_flag("--show-wall", *show_wall,
+                "Show the wall that 'palpate feel' derives from the values, too; with --wall that "
+                "one. It covers what is inside, and is found in some seconds");
   app->add_option("--seconds", command->seconds,
                   "Window or headset: end after this time; a film: its length")
       ->check(number_in(files::kRunTimes_s));
   add_session_options(
       *app, command->request,
       {"frames_per_second", "fields", "values", "nan_as", "image", "transform", "crc", "follow",
-       "modes", "folder", "segments", "segments_frame", "segment_names", "cyclic"});
+       "modes", "folder", "segments", "segments_frame", "segment_names", "wall", "cyclic"});
   add_gpu_option(*app, command->gpu);
   app->add_flag("--quiet", command->quiet, "Print errors only");
   return {app,
-          [command, frame, film] { return run(*command, *frame, *film); },
+          [command, frame, show_wall, film] { return run(*command, *frame, *show_wall, *film); },
           input_options(*app, {"input"}),
           {"--picture", "--headless", "--film"},
           {}};

@@ -143,6 +143,28 @@ TEST(View, HasSlicesBesideThePictureUnlessTheyAreNotWanted) {
   EXPECT_GT(bright, 300);
 }
 
+TEST(View, ShowsTheDerivedWallWhereItIsAsked) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const std::string shell = written(shell_phantom(48, 1), folder / "shell.seq.nrrd");
+  const ReadPicture without = picture_of({shell, "--no-slices"}, folder, "without.png");
+  const ReadPicture region =
+      picture_of({shell, "--wall", "region", "--no-slices"}, folder, "r.png");
+  const ReadPicture shown =
+      picture_of({shell, "--wall", "region", "--show-wall", "--no-slices"}, folder, "shown.png");
+  const ReadPicture closed =
+      picture_of({shell, "--show-wall", "--no-slices"}, folder, "closed.png");
+  // Below a picture with a wall stands its name.
+  ASSERT_GE(region.height, without.height);
+  int changed = 0;
+  for (int y = 0; y < without.height; ++y)
+    for (int x = 0; x < without.width; ++x) changed += region.rgb(x, y) != without.rgb(x, y);
+  EXPECT_GT(changed, 500) << "the wall is drawn";
+  EXPECT_EQ(changed_share(region, shown), 0.0);
+  EXPECT_EQ(changed_share(closed, without), 0.0)
+      << "the iso-surface is the wall: it is seen already";
+}
+
 TEST(EyeBefore, LooksFromWhereItIsAsked) {
   const glm::dvec3 low(-0.1), high(0.1);
   const auto direction = [&](const SeenFrom& from) {

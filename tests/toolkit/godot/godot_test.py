@@ -11,6 +11,9 @@ import tempfile
 import time
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "hosts"))
+import hosts_test  # noqa: E402
+
 source, build = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
 here = Path(__file__).resolve().parent
 
@@ -95,13 +98,27 @@ def test_pictures(host):
     """The engine's picture is the program's, and the engine's own surfaces hide what is behind them."""
     of_program = host.folder / "program.png"
     output(build / "palpate", "view", "heart", "--picture", of_program, "--no-slices", "--picture-size", "384", "--quiet")
-    said, text = host.run("--script", "pictures.gd", "--", of_program, *map(host.keep, ("alone.png", "before.png", "behind.png")), "heart", headless=False)
+    said, text = host.run("--script", "pictures.gd", "--", of_program, *map(host.keep, ("alone.png", "before.png", "behind.png")), "", "", "heart", headless=False)
     assert "failed" not in said and said["peak_snr"] > 40, said
     blue = 0x0000FF
     with_cube, alone = said["before"]
     assert with_cube == blue and alone != blue, said
     with_cube, alone = said["behind"]
     assert with_cube == alone, said
+
+
+def test_real_heart(host):
+    """The recording and the picture that the other hosts are tested with: the same forces and the same picture."""
+    shared = source.parent / "shared/data"
+    if not (shared / "heart_cine").exists():
+        print(f"no recording of a real heart was replayed: there is none in {shared}")
+        return
+    heart = hosts_test.Heart(build / "palpate", shared, host.folder, 384)
+    said, text = host.run("--script", "pictures.gd", "--", heart.picture, *map(host.keep, ("heart.png", "heart_before.png", "heart_behind.png")),
+                          heart.recording, heart.fields, *heart.frames, headless=False)
+    assert "failed" not in said and said["replay"]["ticks"] > 2000 and said["replay"]["different"] == 0, said
+    assert said["peak_snr"] > 40, said
+    print(f"{said['replay']['ticks']} ticks are the same; picture {said['peak_snr']:.1f} dB")
 
 
 def test_editor(host):

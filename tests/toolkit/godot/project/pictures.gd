@@ -1,5 +1,5 @@
 # The picture of a scene without a camera of its own, compared with the program's; then cubes of the engine's before and behind the volume.
-# User arguments: the program's picture, files for three pictures, inputs of the scene.
+# User arguments: the program's picture, files for three pictures, a recording of the scene and its known motion ("": none), inputs of the scene.
 extends SceneTree
 
 var files := OS.get_cmdline_user_args()
@@ -8,9 +8,14 @@ var volume := PalpateVolume.new()
 var said := {}
 
 func _initialize() -> void:
-	scene.inputs = files.slice(4)
+	scene.inputs = files.slice(6)
+	scene.fields = files[5]
 	scene.black_box = "off"
-	scene.true_size = true
+	# As large as it is, as in the program's picture: a hand reaches all of it. A recording is of a scene that fits its hand.
+	var hand := PalpateHand.new()
+	hand.reach_m = 0.2
+	hand.position.z = 0.19
+	scene.add_child(hand)
 	scene.watchdog_s = 1.0
 	scene.real_time = false
 	volume.draws_hand = false
@@ -51,6 +56,10 @@ func compare() -> void:
 	root.get_camera_3d().add_child(background())
 	var reference := Image.load_from_file(files[0])
 	reference.convert(Image.FORMAT_RGB8)
+	# Below the volume the program writes what it shows.
+	reference = reference.get_region(Rect2i(0, 0, reference.get_width(), reference.get_width()))
+	if files[4] != "":
+		said.replay = scene.replay(files[4])
 	var alone := await picture(files[1])
 	said.peak_snr = alone.compute_image_metrics(reference, false).peak_snr
 	# A cube between the camera and the middle of the volume, and one behind it.
