@@ -149,11 +149,16 @@ class VolumeNode final : public EngineNode {
   void set(size_t property, const Variant& value) override;
 
  private:
-  void open(uint32_t width, uint32_t height);
+  /// An image in memory, and the engine's texture of it.
+  struct ScreenTexture {
+    Variant image, texture;
+  };
+  void open(uint32_t width, uint32_t height, uint32_t eye_count);
   void close();
   void make_screen();
   void find_box(HandPoint& low, HandPoint& high) const;
   void add_camera(const HandPoint& low, const HandPoint& high);
+  PalEye eye_at(const EngineTransform& place, const EngineProjection& projection) const;
   void draw(const Variant& camera);
   void fail(const std::string& sentence);
   void process();
@@ -165,8 +170,9 @@ class VolumeNode final : public EngineNode {
   PalView* view_ = nullptr;
   std::future<std::string> opening_;
   bool has_failed_ = false, is_shown_ = false;
-  uint32_t width_ = 0, height_ = 0;
-  Variant colour_image_, depth_image_, colours_, depths_, material_, screen_;
+  uint32_t width_ = 0, height_ = 0, eye_count_ = 1;
+  std::array<ScreenTexture, 2> colours_, depths_;  ///< by eye
+  Variant material_, screen_;
 };
 
 }  // namespace palpate::godot

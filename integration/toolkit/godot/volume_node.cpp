@@ -7,15 +7,32 @@ namespace {
 
 /// Draws the picture over the whole viewport, after the engine's opaque surfaces: what of these is
 /// nearer hides it. Where the volume is thin, so that no depth says where it is, its middle counts.
+/// In a headset the head has moved since the picture was drawn: each place of the volume is looked
+/// up in the picture where it was then.
 constexpr const char* kShader = R"(
 shader_type spatial;
 render_mode unshaded, blend_premul_alpha, depth_test_disabled, depth_draw_never, cull_disabled,
     fog_disabled, shadows_disabled;
 uniform sampler2D colours : source_color, filter_linear, repeat_disable;
 uniform sampler2D depths : filter_nearest, repeat_disable;
+uniform sampler2D right_colours : source_color, filter_linear, repeat_disable;
+uniform sampler2D right_depths : filter_nearest, repeat_disable;
 uniform sampler2D engine_depths : hint_depth_texture, filter_nearest;
 uniform float metres = 1.0;
 uniform float middle = 1.0;
+uniform bool in_headset = false;
+uniform mat4 eye_from_world;
+uniform mat4 right_eye_from_world;
+uniform vec4 tangents;  // of the left, right, lower and upper border
+uniform vec4 right_tangents;
+float depth_at(bool is_right, vec2 place) {
+  float depth = metres * (is_right ? texture(right_depths, place) : texture(depths, place)).r;
+  return depth == 0.0 ? middle : depth;
+}
+vec2 place_of(vec3 seen, vec4 borders) {
+  return vec2((seen.x / -seen.z - borders.x) / (borders.y - borders.x),
+              (borders.w - seen.y / -seen.z) / (borders.w - borders.z));
+}
 void vertex() { POSITION = vec4(2.0 * VERTEX.xy, 1.0, 1.0); }
 void fragment() {
   float engine_depth = texture(engine_depths, SCREEN_UV).r;
@@ -23,10 +40,29 @@ void fragment() {
   engine_depth = 2.0 * engine_depth - 1.0;
 #endif
   vec4 surface = INV_PROJECTION_MATRIX * vec4(2.0 * SCREEN_UV - 1.0, engine_depth, 1.0);
-  float depth = metres * texture(depths, SCREEN_UV).r;
-  if (depth == 0.0) depth = middle;
+  bool is_right = VIEW_INDEX == 1;
+  vec2 place = SCREEN_UV;
+  float depth = depth_at(is_right, place);
+  if (in_headset) {
+    vec4 near = INV_PROJECTION_MATRIX * vec4(2.0 * SCREEN_UV - 1.0, 1.0, 1.0);
+    vec3 ray = near.xyz / near.w - EYE_OFFSET;
+    mat4 then_from_now = (is_right ? right_eye_from_world : eye_from_world) * INV_VIEW_MATRIX;
+    vec3 from = (then_from_now * vec4(EYE_OFFSET, 1.0)).xyz;
+    vec3 along = mat3(then_from_now) * ray;
+    vec4 borders = is_right ? right_tangents : tangents;
+    float way = 0.0;
+    depth = middle;
+    // With the depth that stands there the place is right to second order.
+    for (int step = 0; step < 3; ++step) {
+      way = (depth + from.z) / -along.z;
+      place = place_of(from + way * along, borders);
+      depth = depth_at(is_right, place);
+    }
+    if (any(notEqual(place, clamp(place, 0.0, 1.0)))) discard;
+    depth = -(EYE_OFFSET + way * ray).z;
+  }
   if (-surface.z < depth * surface.w) discard;
-  vec4 colour = texture(colours, SCREEN_UV);
+  vec4 colour = is_right ? texture(right_colours, place) : texture(colours, place);
   ALBEDO = colour.rgb;
   ALPHA = colour.a;
 }
@@ -42,12 +78,30 @@ Variant made_object(const char* class_name) {
 struct EngineQuaternion {
   float x = 0.0F, y = 0.0F, z = 0.0F, w = 1.0F;
 };
+struct EnginePair {
+  float x = 0.0F, y = 0.0F;
+};
 
-/// first^-1 second, of nodes: the rotation of the second as the first sees it.
-std::array<double, 4> rotation_between(const Variant& first, const Variant& second) {
-  const auto of = [](const Variant& node) {
+/// The size of the viewport's picture; in a headset that of each eye.
+EnginePair picture_size(const Variant& viewport, bool in_headset) {
+  EnginePair size;
+  (in_headset ? singleton("XRServer").call("get_primary_interface").call("get_render_target_size")
+              : viewport.call("get_texture").call("get_size"))
+      .copy_to(&size);
+  return size;
+}
+
+/// first^-1 second: the rotation of the second place as the first sees it, x, y, z, w.
+std::array<double, 4> rotation_between(const EngineTransform& first,
+                                       const EngineTransform& second) {
+  const auto of = [](const EngineTransform& t) {
+    const auto column = [&](size_t c) {
+      return EngineVector{t.rows[0][c], t.rows[1][c], t.rows[2][c]};
+    };
     EngineQuaternion q;
-    node.call("get_global_basis").call("get_rotation_quaternion").copy_to(&q);
+    Variant::made(GDEXTENSION_VARIANT_TYPE_BASIS, column(0), column(1), column(2))
+        .call("get_rotation_quaternion")
+        .copy_to(&q);
     return q;
   };
   const EngineQuaternion a = of(first), b = of(second);
@@ -83,8 +137,9 @@ void VolumeNode::close() {
 }
 
 /// Uploads the data on a thread of its own.
-void VolumeNode::open(uint32_t width, uint32_t height) {
+void VolumeNode::open(uint32_t width, uint32_t height, uint32_t eye_count) {
   close();
+  eye_count_ = eye_count;
   width_ = width;
   height_ = height;
   of_session_ = scene_->session();
@@ -96,7 +151,7 @@ void VolumeNode::open(uint32_t width, uint32_t height) {
   if (cut_open_.is_true()) info.flags |= PAL_VIEW_CUT_OPEN;
   info.width = width;
   info.height = height;
-  info.eye_count = 1;
+  info.eye_count = eye_count;
   opening_ = std::async(std::launch::async, [this, info, look = look_.text()]() mutable {
     info.look = look.c_str();
     return pal_view_open(of_session_, &info, &view_) == PAL_OK ? std::string() : pal_last_error();
@@ -105,19 +160,14 @@ void VolumeNode::open(uint32_t width, uint32_t height) {
 
 /// The images, and the surface that shows them.
 void VolumeNode::make_screen() {
-  const auto image_of = [&](int format, int64_t bytes_per_pixel) {
+  const auto texture_of = [&](int format) {
     const Variant bytes = Variant::made(GDEXTENSION_VARIANT_TYPE_PACKED_BYTE_ARRAY);
-    bytes.call("resize", bytes_per_pixel * width_ * height_);
-    const Variant image = made_object("Image");
-    image.call("set_data", int(width_), int(height_), false, format, bytes);
-    return image;
+    bytes.call("resize", int64_t(4) * width_ * height_);
+    const ScreenTexture made{made_object("Image"), made_object("ImageTexture")};
+    made.image.call("set_data", int(width_), int(height_), false, format, bytes);
+    made.texture.call("set_image", made.image);
+    return made;
   };
-  colour_image_ = image_of(kPixels, 4);
-  depth_image_ = image_of(kFloats, 4);
-  colours_ = made_object("ImageTexture");
-  depths_ = made_object("ImageTexture");
-  colours_.call("set_image", colour_image_);
-  depths_.call("set_image", depth_image_);
   if (material_.is_null()) {
     const Variant shader = made_object("Shader");
     shader.call("set_code", kShader);
@@ -132,8 +182,14 @@ void VolumeNode::make_screen() {
     constexpr int kInternalBack = 2;
     self().call("add_child", screen_, false, kInternalBack);
   }
-  material_.call("set_shader_parameter", "colours", colours_);
-  material_.call("set_shader_parameter", "depths", depths_);
+  // A second eye is a headset's right one.
+  for (uint32_t e = 0; e < eye_count_; ++e) {
+    colours_[e] = texture_of(kPixels);
+    depths_[e] = texture_of(kFloats);
+    const std::string of_eye = e == 0 ? "" : "right_";
+    material_.call("set_shader_parameter", of_eye + "colours", colours_[e].texture);
+    material_.call("set_shader_parameter", of_eye + "depths", depths_[e].texture);
+  }
 }
 
 /// A box around all volumes, in palpate's world.
@@ -198,31 +254,62 @@ void VolumeNode::add_camera(const HandPoint& low, const HandPoint& high) {
   camera.call("make_current");
 }
 
-void VolumeNode::draw(const Variant& camera) {
-  const Variant scene = scene_->self();
+/// An eye of the viewport's picture, from where it is in Godot's world.
+PalEye VolumeNode::eye_at(const EngineTransform& place, const EngineProjection& projection) const {
   PalEye eye{};
-  const HandPoint at_m = scene_->in_palpate(camera.call("get_global_position").as<EngineVector>());
-  const std::array<double, 4> turn = rotation_between(scene, camera);
+  const HandPoint at_m = scene_->in_palpate(place.origin);
+  const std::array<double, 4> turn = rotation_between(scene_->transform(), place);
   std::copy(at_m.begin(), at_m.end(), eye.position_m);
   std::copy(turn.begin(), turn.end(), eye.orientation);
-  const auto projection = camera.call("get_camera_projection").as<EngineProjection>();
   const double x = projection.columns[0][0], y = projection.columns[1][1];
   eye.tan_left = (projection.columns[2][0] - 1.0) / x;
   eye.tan_right = (projection.columns[2][0] + 1.0) / x;
   eye.tan_down = (projection.columns[2][1] - 1.0) / y;
   eye.tan_up = (projection.columns[2][1] + 1.0) / y;
-  auto* const pixels =
-      reinterpret_cast<uint32_t*>(engine.image_ptrw(colour_image_.as<GDExtensionObjectPtr>()));
-  auto* const floats =
-      reinterpret_cast<float*>(engine.image_ptrw(depth_image_.as<GDExtensionObjectPtr>()));
-  const PalResult drawn = pal_view_render(view_, &eye, 1, width_, height_, 0.0, nullptr);
+  return eye;
+}
+
+void VolumeNode::draw(const Variant& camera) {
+  PalEye eyes[2];
+  const bool in_headset = eye_count_ == 2;
+  material_.call("set_shader_parameter", "in_headset", in_headset);
+  if (!in_headset) {
+    eyes[0] = eye_at(camera.call("get_camera_transform").as<EngineTransform>(),
+                     camera.call("get_camera_projection").as<EngineProjection>());
+  } else {
+    const Variant server = singleton("XRServer"), headset = server.call("get_primary_interface");
+    const double aspect = double(width_) / height_;
+    for (uint32_t e = 0; e < 2; ++e) {
+      const Variant place =
+          headset.call("get_transform_for_view", int(e), server.call("get_world_origin"));
+      const Variant projection = headset.call("get_projection_for_view", int(e), aspect,
+                                              camera.call("get_near"), camera.call("get_far"));
+      PalEye& eye = eyes[e] =
+          eye_at(place.as<EngineTransform>(), projection.as<EngineProjection>());
+      const std::string of_eye = e == 0 ? "" : "right_";
+      material_.call("set_shader_parameter", of_eye + "eye_from_world",
+                     place.call("affine_inverse"));
+      material_.call("set_shader_parameter", of_eye + "tangents",
+                     Variant::made(GDEXTENSION_VARIANT_TYPE_VECTOR4, eye.tan_left, eye.tan_right,
+                                   eye.tan_down, eye.tan_up));
+    }
+  }
+  const PalResult drawn = pal_view_render(view_, eyes, eye_count_, width_, height_, 0.0, nullptr);
   if (drawn == PAL_NOT_YET) return;
-  if (drawn != PAL_OK || pal_view_read(view_, 0, pixels, floats) != PAL_OK) {
+  bool is_read = drawn == PAL_OK;
+  for (uint32_t e = 0; e < eye_count_ && is_read; ++e) {
+    const auto memory_of = [](const Variant& image) {
+      return engine.image_ptrw(image.as<GDExtensionObjectPtr>());
+    };
+    is_read = pal_view_read(view_, e, reinterpret_cast<uint32_t*>(memory_of(colours_[e].image)),
+                            reinterpret_cast<float*>(memory_of(depths_[e].image))) == PAL_OK;
+    for (const ScreenTexture* const screen : {&colours_[e], &depths_[e]})
+      screen->texture.call("update", screen->image);
+  }
+  if (!is_read) {
     fail(pal_last_error());
     return;
   }
-  colours_.call("update", colour_image_);
-  depths_.call("update", depth_image_);
   HandPoint low, high;
   find_box(low, high);
   double middle[3];
@@ -255,10 +342,11 @@ void VolumeNode::process() {
   const Variant viewport = in_editor()
                                ? singleton("EditorInterface").call("get_editor_viewport_3d", 0)
                                : self().call("get_viewport");
-  const Variant target = viewport.call("get_texture");
+  const bool in_headset = viewport.call("is_using_xr").is_true();
+  const EnginePair size = picture_size(viewport, in_headset);
   const double share = resolution_.number();
-  const auto width = uint32_t(std::max(1.0, share * target.call("get_width").number()));
-  const auto height = uint32_t(std::max(1.0, share * target.call("get_height").number()));
+  const auto width = uint32_t(std::max(1.0, share * size.x));
+  const auto height = uint32_t(std::max(1.0, share * size.y));
   if (opening_.valid()) {
     if (opening_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
     if (const std::string trouble = opening_.get(); !trouble.empty()) {
@@ -267,8 +355,9 @@ void VolumeNode::process() {
     }
     make_screen();
   }
-  if (!view_ || width != width_ || height != height_) {
-    open(width, height);
+  const uint32_t eye_count = in_headset ? 2 : 1;
+  if (!view_ || width != width_ || height != height_ || eye_count != eye_count_) {
+    open(width, height, eye_count);
     return;
   }
   const Variant camera = viewport.call("get_camera_3d");

@@ -5,6 +5,7 @@ usage: godot_test.py SOURCE BUILD [NAME...]; NAME: only these tests. Exits with 
 import json
 import os
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -119,6 +120,94 @@ def test_real_heart(host):
     assert "failed" not in said and said["replay"]["ticks"] > 2000 and said["replay"]["different"] == 0, said
     assert said["peak_snr"] > 40, said
     print(f"{said['replay']['ticks']} ticks are the same; picture {said['peak_snr']:.1f} dB")
+
+
+class Monado:
+    """A simulated headset, whose head moves, with the pictures of both eyes beside each other in a window of its own screen."""
+
+    def __init__(self, folder):
+        found = subprocess.run([here.parents[1] / "xr" / "monado_root.sh"], stdout=subprocess.PIPE, text=True, check=True)
+        self.root = Path(found.stdout.strip())
+        self.folder = folder / "xdg"
+        self.folder.mkdir(mode=0o700)
+        read, write = os.pipe()
+        self.screen = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1024x768x24"], pass_fds=[write], stderr=subprocess.DEVNULL)
+        os.close(write)
+        with os.fdopen(read) as told:
+            self.display = ":" + told.readline().strip()
+        libraries = self.root / "usr/lib/x86_64-linux-gnu"
+        # Both programs need one driver, for the images that they share.
+        self.environment = {"DISPLAY": self.display, "XDG_RUNTIME_DIR": str(self.folder), "XR_RUNTIME_JSON": str(self.root / "monado.json"),
+                            "VK_ICD_FILENAMES": str(self.root / "lavapipe.json"), "VK_DRIVER_FILES": str(self.root / "lavapipe.json")}
+        own = {"PATH": "/usr/bin:/bin", "HOME": str(self.folder), "VK_LOADER_LAYERS_DISABLE": "*", "XRT_NO_STDIN": "1", "SIMULATED_ENABLE": "1",
+               "XRT_COMPOSITOR_FORCE_XCB": "1"}
+        paths = ":".join(str(path) for path in (libraries, self.root / "usr/lib", libraries / "blas", libraries / "lapack", libraries / "pulseaudio"))
+        self.service = subprocess.Popen([libraries / "ld-linux-x86-64.so.2", "--library-path", paths, self.root / "usr/bin/monado-service"],
+                                        env={**own, **self.environment}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        wait_for(lambda: (self.folder / "monado_comp_ipc").exists(), "Monado starts")
+
+    def end(self):
+        for process in (self.service, self.screen):
+            process.kill()
+            process.wait()
+
+    def counts(self):
+        """Pixels of the heart, and bluest and greenest ones, in each eye's half of its window of 640 x 360."""
+        whole = subprocess.run(["xwd", "-root", "-silent", "-display", self.display], capture_output=True, check=True).stdout
+        header = struct.unpack(">25I", whole[:100])
+        bytes_per_pixel, bytes_per_line = header[11] // 8, header[12]
+        pixels = whole[header[0] + 12 * header[19]:]
+        halves = []
+        for first in (0, 320):
+            heart = blue = green = 0
+            for y in range(360):
+                for x in range(first, first + 320):
+                    at = y * bytes_per_line + x * bytes_per_pixel
+                    b, g, r = pixels[at:at + 3]
+                    heart += r > b + 25 and r > g + 10 and g > 30
+                    blue += b > 200 and r + g < 100
+                    green += g > 200 and r + b < 100
+            halves.append({"heart": heart, "blue": blue, "green": green})
+        return halves
+
+
+def wait_for(holds, what, seconds=120):
+    end = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < end, what
+        time.sleep(0.1)
+
+
+def test_headset(host):
+    """Both eyes of a moving head see the volume where the engine's own surfaces are."""
+    monado = Monado(host.folder)
+    shown, over = host.folder / "shown", host.folder / "over"
+    overridden = host.project / "override.cfg"
+    overridden.write_text("[xr]\nshaders/enabled=true\n")
+    command = [*host.command, "--rendering-driver", "vulkan", "--audio-driver", "Dummy", "--position", "700,400", "--resolution", "64x64", "--xr-mode", "on",
+               "--path", host.project, "--script", "headset.gd", "--", shown, over, "heart"]
+    libraries = str(command[2]).replace(f"{host.folder}/prefix/lib:", f"{host.folder}/prefix/lib:{monado.root}/usr/lib/x86_64-linux-gnu:")
+    command[2] = libraries
+    engine = subprocess.Popen([str(part) for part in command], env={**host.environment, **monado.environment}, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True)
+    try:
+        wait_for(lambda: shown.exists() or engine.poll() is not None, "the volume is shown")
+        wait_for(lambda: engine.poll() is not None or all(half["heart"] > 500 for half in monado.counts()), "both eyes see the heart")
+        seen = []
+        for _ in range(8):
+            seen.append(monado.counts())
+            time.sleep(0.5)
+        over.touch()
+        said = engine.communicate(timeout=60)[0]
+    finally:
+        engine.kill()
+        monado.end()
+        overridden.unlink()
+    assert engine.returncode == 0 and 'RESULT {}' in said, said
+    for halves in seen:
+        for half in halves:
+            assert half["green"] == 0, f"what is inside the heart is seen: {seen}"
+    assert all(max(halves[eye]["blue"] for halves in seen) > 20 for eye in (0, 1)), f"what is before the heart is hidden: {seen}"
 
 
 def test_editor(host):
