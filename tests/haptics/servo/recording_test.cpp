@@ -82,8 +82,8 @@ TEST_F(RecordingFile, GivesBackEveryBitOfEveryTick) {
   }
 }
 
-// Version 1, from before the grip was kept, byte by byte as it was written.
-TEST_F(RecordingFile, OfTheFirstVersionIsReadWithoutAGrip) {
+// Version 1, from before grip and torque were kept, byte by byte as it was written.
+TEST_F(RecordingFile, OfTheFirstVersionIsReadWithoutGripAndTorque) {
   std::string whole(kRecordingMagic);
   FieldEncoder encoder{whole};
   encoder.whole(uint32_t(1));
@@ -104,6 +104,7 @@ TEST_F(RecordingFile, OfTheFirstVersionIsReadWithoutAGrip) {
     for (int e = 0; e < input.event_count; ++e) visit_event(input.events[size_t(e)], encoder);
     visit_output(output, encoder);
     input.reading.grip = {};
+    output.command.torque_n_m = {};
     encode_tick(input, output, ticks.emplace_back());
   }
   whole += 'E';

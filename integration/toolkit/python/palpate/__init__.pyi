@@ -120,6 +120,7 @@ class Session:
         stiffness_n_per_m: float | None = None,
         max_force_n: float | None = None,
         tool_radius_mm: float | None = None,
+        tool_points: int | None = None,
         dead_man: bool | None = None,
         watchdog_s: float | None = None,
         max_hand_speed_m_per_s: float | None = None,
