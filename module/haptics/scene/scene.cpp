@@ -78,14 +78,18 @@ PoseStage pose_stage(const VolumeSpec& spec) {
   return PoseStage::kSmooth;
 }
 
+/// Of a finger pad that has no radius: about that of a fingertip.
+constexpr double kPadRadius_m = 0.005;
+
 /// Where the points of a tool are.
 std::vector<glm::dvec3> points_of(const SceneSpec& spec) {
   if (spec.tool_points == 1) return {glm::dvec3(0.0)};
+  const double radius_m = spec.tool_radius_m > 0.0 ? spec.tool_radius_m : kPadRadius_m;
   const int around = std::min(spec.tool_points, 4);
   std::vector<glm::dvec3> points;
   for (int i = 0; i < around; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / around;
-    points.push_back(spec.tool_radius_m * glm::dvec3(std::cos(angle), std::sin(angle), 0.0));
+    points.push_back(radius_m * glm::dvec3(std::cos(angle), std::sin(angle), 0.0));
   }
   if (spec.tool_points > around) points.emplace_back(0.0);
   return points;
@@ -110,9 +114,6 @@ Status check_numbers(const SceneSpec& spec, const std::vector<ModeSpec>& modes) 
     return bad("The tool's radius must be a number that is not negative (m).");
   if (spec.tool_points < 1 || spec.tool_points > kMostToolPoints)
     return bad("The tool can have 1 to " + std::to_string(kMostToolPoints) + " points.");
-  if (spec.tool_points > 1 && !(spec.tool_radius_m > 0.0))
-    return bad("A tool of " + std::to_string(spec.tool_points) +
-               " points needs a radius above 0: that of the circle on which they are.");
   if (const Status fine = check(spec.world_from_device); !fine)
     return bad("The place of the device: " + fine.error().message);
   for (const VolumeSpec& volume : spec.volumes) {

@@ -206,8 +206,8 @@ TEST_F(RecordingFile, SaysWhatIsWrongWithForeignAndOtherVersions) {
   write_random(9, 1);
   EXPECT_THAT(sentence("NRRD0004\ntype: short\n"), HasSubstr("no recording of palpate"));
   std::string newer = bytes();
-  newer[kRecordingMagic.size()] = 3;
-  EXPECT_THAT(sentence(newer), HasSubstr("version 3, this program reads 1 to 2"));
+  newer[kRecordingMagic.size()] = 4;
+  EXPECT_THAT(sentence(newer), HasSubstr("version 4, this program reads 1 to 3"));
   const auto missing = Recording::read(folder_ / "none");
   ASSERT_FALSE(missing);
   EXPECT_THAT(missing.error().message, HasSubstr("no such file"));

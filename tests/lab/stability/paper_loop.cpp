@@ -20,7 +20,7 @@ std::shared_ptr<const Scene> assembled(const SceneSpec& spec,
 TickOutput PaperLoop::tick(const TickInput& input) noexcept {
   TickOutput out;
   const glm::dvec3 probe = input.reading.position_m;
-  if (!started_) run_.place_proxy(probe);
+  if (!started_) run_.points[0].place_proxy(probe);
   started_ = true;
   run_.time_s += input.dt_s;
   for (int p = 0; p < input.pose_count; ++p)
