@@ -321,6 +321,11 @@ TEST(PadTool, ASwitchedSceneMakesNoStepOfForceOrTorque) {
   EXPECT_EQ(before.command.torque_n_m, glm::dvec3(0.0));
 }
 
+TEST(PadTool, StandsInThePlan) {
+  EXPECT_NE(text(**plan(pad_spec(5), {wall_of(kTable)})).find("5 points"), std::string::npos);
+  EXPECT_EQ(text(**plan(pad_spec(1), {wall_of(kTable)})).find("points:"), std::string::npos);
+}
+
 TEST(PadTool, HasOneToFivePointsAndARadiusOfItsOwn) {
   SceneSpec spec = pad_spec(3);
   for (const int points : {0, -1, 6}) {
