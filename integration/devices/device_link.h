@@ -35,6 +35,10 @@ class DeviceLink {
   /// and close() it does not change.
   virtual DeviceInfo info() const = 0;
 
+  /// The torque that goes with the forces of further exchanges, about the device's position, finite
+  /// and within info().max_torque_n_m. Only a link whose device gives one has to take it.
+  virtual void set_torque(glm::dvec3 /*torque_n_m*/) {}
+
   /// Sends a force, finite and within info().max_force_n, and waits for the answer, for a few
   /// milliseconds at most.
   virtual LinkAnswer exchange(glm::dvec3 force_n) = 0;

@@ -39,6 +39,8 @@ struct DeviceModel {
   int first, last;  ///< types, both included
   double force_n, stiffness_n_per_m, radius_m;
 };
+/// Of a wrist with motors: CHAI3D's limit for the delta.6.
+constexpr double kWristTorque_n_m = 0.2;
 // With CHAI3D's limits for each. Where it has none, the smallest of all.
 constexpr DeviceModel kSmallest{0, 0, 8.0, 3000.0, 0.04};
 constexpr std::array kModels{
@@ -81,8 +83,10 @@ struct Library {
   int (*set_gravity_compensation)(int, char) = nullptr;
   int (*set_max_force)(double, char) = nullptr;
   int (*set_brakes)(int, char) = nullptr;
-  // With a wrist, and with a gripper: all of them or none.
+  // With a wrist, with motors in it, and with a gripper: all of them or none.
   bool (*has_wrist)(char) = nullptr;
+  bool (*has_active_wrist)(char) = nullptr;
+  int (*set_force_and_torque)(double, double, double, double, double, double, char) = nullptr;
   int (*get_orientation)(double matrix[3][3], char) = nullptr;  ///< by rows
   int (*get_angular_velocity)(double*, double*, double*, char) = nullptr;
   bool (*has_gripper)(char) = nullptr;
@@ -102,6 +106,9 @@ struct Library {
     if (!(find(has_wrist, "dhdHasWrist") && find(get_orientation, "dhdGetOrientationFrame") &&
           find(get_angular_velocity, "dhdGetAngularVelocityRad")))
       has_wrist = nullptr;
+    if (!(find(has_active_wrist, "dhdHasActiveWrist") &&
+          find(set_force_and_torque, "dhdSetForceAndTorque")))
+      has_active_wrist = nullptr;
     if (!(find(has_gripper, "dhdHasGripper") && find(get_gripper_angle, "dhdGetGripperAngleRad")))
       has_gripper = nullptr;
     const bool all = find(get_device_count, "dhdGetDeviceCount") && find(open_id, "dhdOpenID") &&
@@ -171,10 +178,11 @@ class ForceDimensionLink final : public DeviceLink {
 
   DeviceInfo info() const override { return info_; }
 
+  void set_torque(glm::dvec3 torque_n_m) override { torque_n_m_ = torque_n_m; }
+
   LinkAnswer exchange(glm::dvec3 force_n) override {
     LinkAnswer answer;
-    const glm::dvec3 f = to_library(force_n);
-    const int sent = library_->set_force(f.x, f.y, f.z, id_);
+    const int sent = push(force_n, torque_n_m_);
     // Motors at their limit give a smaller force in the right direction.
     if (sent != kOk && sent != kTimeGuard && sent != kSaturated) heed_error(answer);
     glm::dvec3 p(0.0);
@@ -199,12 +207,19 @@ class ForceDimensionLink final : public DeviceLink {
   }
 
   void close() noexcept override {
-    library_->set_force(0.0, 0.0, 0.0, id_);
+    push(glm::dvec3(0.0), glm::dvec3(0.0));
     library_->enable_force(0, id_);  // the brakes take hold where there are any
     library_->close(id_);
   }
 
  private:
+  int push(glm::dvec3 force_n, glm::dvec3 torque_n_m) {
+    const glm::dvec3 f = to_library(force_n), t = to_library(torque_n_m);
+    return info_.max_torque_n_m > 0.0
+               ? library_->set_force_and_torque(f.x, f.y, f.z, t.x, t.y, t.z, id_)
+               : library_->set_force(f.x, f.y, f.z, id_);
+  }
+
   DeviceFault open_one(int index) {
     const int id = library_->open_id(char(index));
     if (id < 0) return force_dimension_fault(library_->error_get_last());
@@ -216,6 +231,9 @@ class ForceDimensionLink final : public DeviceLink {
     has_wrist_ = library_->has_wrist && library_->has_wrist(id_);
     has_gripper_ = library_->has_gripper && library_->has_gripper(id_);
     info_.sensed_dof = has_wrist_ ? 6 : 3;
+    const bool turns = has_wrist_ && library_->has_active_wrist && library_->has_active_wrist(id_);
+    info_.max_torque_n_m = turns ? kWristTorque_n_m : 0.0;
+    info_.actuated_dof = turns ? 6 : 3;
     const DeviceFault fault = make_ready();
     if (fault != DeviceFault::kNone) close();
     return fault;
@@ -248,7 +266,7 @@ class ForceDimensionLink final : public DeviceLink {
     if (library_->set_max_force) library_->set_max_force(info_.max_force_n, id_);
     // Compensation of the arm's weight; it works only while forces (zero too) are sent.
     if (library_->set_gravity_compensation) library_->set_gravity_compensation(1, id_);
-    if (library_->set_force(0.0, 0.0, 0.0, id_) < 0 || !release())
+    if (push(glm::dvec3(0.0), glm::dvec3(0.0)) < 0 || !release())
       return force_dimension_fault(library_->error_get_last());
     return DeviceFault::kNone;
   }
@@ -266,8 +284,8 @@ class ForceDimensionLink final : public DeviceLink {
     return DeviceFault::kNone;
   }
 
-  /// Enables forces again that the device itself ended (too fast, its watchdog), once force zero is
-  /// asked for. What a person switched off, only a person switches on.
+  /// Enables forces again that the device itself ended (too fast, its watchdog), once zero is asked
+  /// for. What a person switched off, only a person switches on.
   void let_force_come_back(const DhdStatus& status, glm::dvec3 force_n) {
     const int cause = status[kStatusForceOffCause];
     if (cause != kOffByButton && cause != kOffByDeadMan && force_n == glm::dvec3(0.0)) release();
@@ -295,6 +313,7 @@ class ForceDimensionLink final : public DeviceLink {
   DeviceInfo info_;
   char id_ = -1;
   bool has_wrist_ = false, has_gripper_ = false;
+  glm::dvec3 torque_n_m_{0.0};
 };
 
 }  // namespace

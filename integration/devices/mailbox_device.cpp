@@ -29,7 +29,7 @@ class MailboxDevice::Worker {
  public:
   /// What the servo thread wants.
   struct ForceRequest {
-    glm::dvec3 force_n{0.0};
+    glm::dvec3 force_n{0.0}, torque_n_m{0.0};
     bool trusts = false;  ///< it has been told that the device works
   };
 
@@ -109,7 +109,7 @@ class MailboxDevice::Worker {
     judge_.restart();
     if (fault != DeviceFault::kStarting) judge_.fail(fault);
     publish(judge_.frozen(fault));
-    sent_n_ = glm::dvec3(0.0);
+    sent_n_ = sent_n_m_ = glm::dvec3(0.0);
     last_command_ns_ = now_ns();
     opened_.fetch_add(1, std::memory_order_relaxed);
   }
@@ -124,16 +124,15 @@ class MailboxDevice::Worker {
     // A wake-up may be left of a command that has been dealt with.
     if (!came && now_ns() - last_command_ns_ < options_.away_ns) return;
     last_command_ns_ = now_ns();
-    if (!came && sent_n_ != glm::dvec3(0.0)) {
+    if (!came && is_pushing()) {
       judge_.fail(DeviceFault::kTimeout);
       cuts_.fetch_add(1, std::memory_order_release);
     }
     const bool allowed = came && command.trusts && judge_.fault() == DeviceFault::kNone;
-    const LinkAnswer answer = send(allowed ? command.force_n : glm::dvec3(0.0));
+    const LinkAnswer answer = send(allowed ? command : ForceRequest());
     const DeviceReading reading = came ? judged(answer) : unasked(answer);
     // Force zero is sent to a device that is not trusted before its fault is reported.
-    if (reading.fault != DeviceFault::kNone && sent_n_ != glm::dvec3(0.0) && !answer.lost)
-      send(glm::dvec3(0.0));
+    if (reading.fault != DeviceFault::kNone && is_pushing() && !answer.lost) send(ForceRequest());
     const bool was_open = is_open_;
     if (answer.lost || judge_.hopeless()) close();
     alive_ns_.store(now_ns(), std::memory_order_release);
@@ -146,9 +145,17 @@ class MailboxDevice::Worker {
       stop_wake_.sleep(1);
   }
 
-  LinkAnswer send(glm::dvec3 force_n) {
-    if (!is_finite(force_n)) force_n = glm::dvec3(0.0);
-    sent_n_ = shortened(force_n, info_.max_force_n);
+  bool is_pushing() const noexcept {
+    return sent_n_ != glm::dvec3(0.0) || sent_n_m_ != glm::dvec3(0.0);
+  }
+
+  LinkAnswer send(const ForceRequest& request) {
+    const auto within = [](glm::dvec3 v, double most) {
+      return is_finite(v) ? shortened(v, most) : glm::dvec3(0.0);
+    };
+    sent_n_ = within(request.force_n, info_.max_force_n);
+    sent_n_m_ = within(request.torque_n_m, info_.max_torque_n_m);
+    link_->set_torque(sent_n_m_);
     const int64_t start_ns = now_ns();
     const LinkAnswer answer = link_->exchange(sent_n_);
     exchanges_.fetch_add(1, std::memory_order_relaxed);
@@ -187,7 +194,7 @@ class MailboxDevice::Worker {
   void close() noexcept {
     if (is_open_) link_->close();
     is_open_ = false;
-    sent_n_ = glm::dvec3(0.0);
+    sent_n_ = sent_n_m_ = glm::dvec3(0.0);
   }
 
   void publish(const DeviceReading& reading) noexcept { readings.put(reading); }
@@ -198,8 +205,8 @@ class MailboxDevice::Worker {
   bool searched_ = false;  ///< in vain, since it was open
   int64_t last_command_ns_ = 0;
   AnswerJudge judge_{glm::dvec3(0.0), 0.0};
-  glm::dvec3 sent_n_{0.0};   ///< that the device was told last
-  glm::dvec3 place_m_{0.0};  ///< of the last answer
+  glm::dvec3 sent_n_{0.0}, sent_n_m_{0.0};  ///< that the device was told last
+  glm::dvec3 place_m_{0.0};                 ///< of the last answer
 
   mutable std::mutex info_mutex_;  ///< never taken by the servo thread; written by the other only
   DeviceInfo info_;
@@ -232,7 +239,7 @@ DeviceInfo MailboxDevice::info() const {
 }
 
 DeviceReading MailboxDevice::exchange(const DeviceCommand& command) noexcept {
-  worker_->commands.put({command.force_n, last_.fault == DeviceFault::kNone});
+  worker_->commands.put({command.force_n, command.torque_n_m, last_.fault == DeviceFault::kNone});
   worker_->wake();
   if (!worker_->readings.get(last_)) last_.fresh = false;
   worker_->asked.fetch_add(1, std::memory_order_release);

@@ -84,6 +84,7 @@ DeviceReading SimulatedDevice::exchange_at(const DeviceCommand& command, int64_t
   last_.position_m = position;
   last_.time_ns = now_ns_ - delay_ns;
   last_.buttons = options_.path.buttons(time_s());
+  last_.grip = options_.grip;
   return last_;
 }
 

@@ -31,6 +31,7 @@ struct SimulatedOptions {
   glm::dvec3 workspace_centre_m{0.0};
   double workspace_radius_m = 0.05;  ///< a hard stop
   int buttons = 4;
+  GripReading grip;           ///< as it is held, all the time
   uint32_t seed = 1;          ///< of jitter and losses
   double sub_step_s = 50e-6;  ///< longest step of the physics
   /// True: time passes by itself (the monotonic clock), as the servo thread needs it. False: time

@@ -231,6 +231,7 @@ Result<PreparedSession> prepare_session(SessionRequest request, SessionHost host
   if (request.stiffness_n_per_m) prepared.scene.spec.stiffness_n_per_m = *request.stiffness_n_per_m;
   if (request.max_force_n) prepared.scene.spec.max_force_n = *request.max_force_n;
   if (request.tool_radius_mm) prepared.scene.spec.tool_radius_m = 1e-3 * *request.tool_radius_mm;
+  if (request.tool_points > 0) prepared.scene.spec.tool_points = request.tool_points;
   if (has_own_device)
     if (const Status opened = open_tool(request, callbacks, connected); !opened)
       return opened.error();

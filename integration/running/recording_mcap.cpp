@@ -43,9 +43,11 @@ std::string pose(uint64_t time_ns, const char* frame, glm::dvec3 at_m,
   return message.bytes();
 }
 
-std::string wrench(uint64_t time_ns, const char* frame, glm::dvec3 force_n) {
+std::string wrench(uint64_t time_ns, const char* frame, glm::dvec3 force_n,
+                   glm::dvec3 torque_n_m = glm::dvec3(0.0)) {
   files::CdrMessage message = stamped(time_ns, frame);
-  for (const double number : {force_n.x, force_n.y, force_n.z, 0.0, 0.0, 0.0})
+  for (const double number :
+       {force_n.x, force_n.y, force_n.z, torque_n_m.x, torque_n_m.y, torque_n_m.z})
     message.number(number);
   return message.bytes();
 }
@@ -85,7 +87,7 @@ Result<uint64_t> write_mcap(const std::filesystem::path& recording,
          pose(at_ns, "device", input.reading.position_m, input.reading.grip.device_from_grip)},
         {probe, pose(at_ns, "world", ticked.probe_m)},
         {proxy, pose(at_ns, "world", ticked.proxy_m)},
-        {force, wrench(at_ns, "device", ticked.command.force_n)},
+        {force, wrench(at_ns, "device", ticked.command.force_n, ticked.command.torque_n_m)},
         {scene_force, wrench(at_ns, "world", ticked.wanted_n)}};
     for (const auto& [to, bytes] : messages)
       if (const Status written = file->write(to, at_ns, bytes); !written) return written.error();

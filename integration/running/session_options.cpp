@@ -276,6 +276,14 @@ std::vector<SessionOption> table() {
        .help = "Of the ball at the tip of the tool, mm in the world, instead of the scene's; 0: a "
                "point",
        .doors = kSafeDoors},
+      {.key = "tool_points",
+       .stage = kSession,
+       .member = of_request<&SessionRequest::tool_points>,
+       .range = files::kToolPoints,
+       .help = "Of a finger pad, instead of the scene's: points across the grip's shaft on a "
+               "circle of the tool's radius (5 mm if it has none), a fifth in its middle; they "
+               "share the force and give a torque. 1: a point or a ball",
+       .doors = kSafeDoors},
       {.key = "dead_man",
        .stage = kSession,
        .member = of_request<&SessionRequest::dead_man>,

@@ -45,6 +45,7 @@ struct SessionRequest {
   // Loop and safety.
   std::optional<double> stiffness_n_per_m, max_force_n;  ///< empty: the scene's
   std::optional<double> tool_radius_mm;                  ///< empty: the scene's
+  int tool_points = 0;                                   ///< 0: the scene's
   std::optional<double> watchdog_s;                      ///< empty: 0.005, harmless hands 0.05
   double max_hand_speed_m_per_s = 1.5;
   bool dead_man = false;

@@ -60,6 +60,12 @@ Result<SimulatedHand> simulated_hand(const HandChoice& choice, LoadedScene& scen
   const auto path = devices::path_named(name, place);
   if (!path) return path.error();
   options->path = *path;
+  // A finger pad is held flat on the wall.
+  if (scene.spec.tool_points > 1) {
+    options->grip.turns = true;
+    options->grip.device_from_grip =
+        glm::dquat(glm::dvec3(0.0, 0.0, 1.0), glm::normalize(place.outward));
+  }
   SimulatedHand hand;
   hand.path_s = once->duration_s();
   hand.sentence = circle ? "Its hand goes round in circles: there is no surface to press."

@@ -15,7 +15,8 @@ constexpr const char* kHeader =
     "probe_z_m,proxy_x_m,proxy_y_m,proxy_z_m,frame_and_phase,contact,frozen,newton_steps,"
     "residual_m,scene_energy_j,cause,device_fault,hand_work_j,asked_x_n,asked_y_n,asked_z_n";
 
-/// The header's line: at its end three columns for each limiter, with '_' for '-'.
+/// The header's line: after the columns above three for each limiter, with '_' for '-', and the
+/// torque.
 std::string header() {
   std::string line = kHeader;
   for (size_t k = 0; k < kLimiters; ++k) {
@@ -23,7 +24,7 @@ std::string header() {
     std::replace(name.begin(), name.end(), '-', '_');
     for (const char axis : {'x', 'y', 'z'}) line += fmt::format(",{}_{}_n", name, axis);
   }
-  return line + "\n";
+  return line + ",torque_x_n_m,torque_y_n_m,torque_z_n_m\n";
 }
 
 }  // namespace
@@ -79,6 +80,7 @@ void TickLog::write(const TickRow& r, const TickOutput& output) {
   const auto add = [&line](glm::dvec3 n) { line += fmt::format(",{},{},{}", n.x, n.y, n.z); };
   add(output.ledger.asked_n);
   for (const glm::dvec3& held : output.ledger.held_n) add(held);
+  add(output.command.torque_n_m);
   line += '\n';
   failed_ |= std::fwrite(line.data(), 1, line.size(), file_.get()) != line.size();
 }

@@ -53,6 +53,7 @@ class HostDevice final : public ForceDevice {
   HostDevice(const PalDevice& device, DeviceInfo info)
       : exchange_(device.exchange),
         grip_(device.grip),
+        torque_(device.torque),
         user_(device.user),
         info_(std::move(info)) {}
   DeviceInfo info() const override { return info_; }
@@ -61,8 +62,11 @@ class HostDevice final : public ForceDevice {
     PalGrip grip{};
     grip.size = sizeof grip;
     const double force_n[3] = {command.force_n.x, command.force_n.y, command.force_n.z};
+    const glm::dvec3 torque = command.torque_n_m;
+    const double torque_n_m[3] = {torque.x, torque.y, torque.z};
     const void* const before = std::exchange(session_calling_back, session_);
     const Thrown thrown = call_host("exchange", [&] {
+      if (torque_) torque_(user_, torque_n_m);
       exchange_(user_, force_n, &given);
       if (grip_) grip_(user_, &grip);
     });
@@ -100,6 +104,7 @@ class HostDevice final : public ForceDevice {
  private:
   void (*exchange_)(void* user, const double force_n[3], PalReading* reading);
   void (*grip_)(void* user, PalGrip* grip);
+  void (*torque_)(void* user, const double torque_n_m[3]);
   void* user_;
   DeviceInfo info_;
   const void* session_ = nullptr;
@@ -118,6 +123,7 @@ PalResult take_info(const PalDeviceInfo* given, DeviceInfo& info) {
   info.name = host.name ? host.name : "host";
   info.max_force_n = host.max_force_n;
   info.continuous_force_n = host.continuous_force_n;
+  info.max_torque_n_m = host.max_torque_n_m;
   info.max_stiffness_n_per_m = host.max_stiffness_n_per_m;
   info.workspace_radius_m = host.workspace_radius_m;
   info.resolution_m = host.resolution_m;
@@ -127,8 +133,9 @@ PalResult take_info(const PalDeviceInfo* given, DeviceInfo& info) {
   const auto usable = [](double number) { return std::isfinite(number) && number >= 0.0; };
   const glm::dvec3 centre = info.workspace_centre_m;
   if (!(info.max_force_n > 0.0) || !(info.workspace_radius_m > 0.0) || !usable(info.max_force_n) ||
-      !usable(info.continuous_force_n) || !usable(info.workspace_radius_m) ||
-      !usable(info.max_stiffness_n_per_m) || !usable(info.resolution_m) || !usable(info.delay_s) ||
+      !usable(info.continuous_force_n) || !usable(info.max_torque_n_m) ||
+      !usable(info.workspace_radius_m) || !usable(info.max_stiffness_n_per_m) ||
+      !usable(info.resolution_m) || !usable(info.delay_s) ||
       !std::isfinite(centre.x + centre.y + centre.z))
     return failed(PAL_BAD_INPUT,
                   {"PalDeviceInfo: max_force_n and workspace_radius_m must be above 0, the other "
@@ -145,6 +152,9 @@ PalResult take_host_device(const PalDevice& given, const SessionContent& content
   if (!host.exchange) return failed(PAL_BAD_INPUT, {"A PalDevice needs exchange"});
   DeviceInfo known;
   if (const PalResult read = take_info(host.info, known); read != PAL_OK) return read;
+  if ((known.max_torque_n_m > 0.0) != (host.torque != nullptr))
+    return failed(PAL_BAD_INPUT,
+                  {"A PalDevice that gives a torque needs both max_torque_n_m and torque"});
   auto device = std::make_unique<HostDevice>(host, std::move(known));
   device->belongs_to(&content);
   taken_device = std::move(device);
@@ -316,6 +326,7 @@ void fill(PalState& state, SessionContent& of_session) {
     state.shaft[a] = snapshot.shaft[a];
   }
   in_world(tick.command.force_n, state.force_n);
+  in_world(tick.command.torque_n_m, state.torque_n_m);
   const bool is_scene = snapshot.cause == Cause::kNone;
   state.cause = is_scene ? "" : word(snapshot.cause);
   state.cause_sentence = is_scene ? "" : sentence(snapshot.cause);
@@ -438,6 +449,18 @@ PalResult pal_haptics_tick(PalSession* session, const PalTick* tick, double forc
                            tick->buttons,
                            use->grip});
   for (int a = 0; a < 3; ++a) force_n[a] = force[a];
+  return PAL_OK;
+}
+
+PalResult pal_haptics_torque(PalSession* session, double torque_n_m[3]) {
+  if (!torque_n_m) return failed(PAL_BAD_INPUT, {"The argument that takes the torque is NULL"});
+  torque_n_m[0] = torque_n_m[1] = torque_n_m[2] = 0.0;
+  const Use use(of(session));
+  if (!use) return refused_handle("session");
+  if (!use->host_ticks)
+    return failed(PAL_BAD_INPUT, {"The session has a haptic thread of its own"});
+  const glm::dvec3 torque = use->session().torque_n_m();
+  for (int a = 0; a < 3; ++a) torque_n_m[a] = torque[a];
   return PAL_OK;
 }
 

@@ -518,6 +518,8 @@ typedef struct PalDeviceInfo {
   /* what its motors hold for ever, N; 0: not stated, and no force is lowered because of their heat
    */
   double continuous_force_n;
+  /* the largest torque that it can give, N m; 0: it gives none */
+  double max_torque_n_m;
 } PalDeviceInfo;
 
 enum {
@@ -543,8 +545,9 @@ enum {
   PAL_GRIP_OPENS = 1u << 1  /* the opening of a gripper is sensed */
 };
 
-/* How a grip is held. Nothing is felt by it: the pen in pictures turns with it. What is not finite,
-   or a rotation that is none, is taken as not sensed. */
+/* How a grip is held. The pen in pictures and the points of a finger pad (the option tool_points)
+   turn with it; nothing else is felt by it. What is not finite, or a rotation that is none, is
+   taken as not sensed. */
 typedef struct PalGrip {
   uint32_t size;              /* sizeof(PalGrip) */
   uint32_t senses;            /* PAL_GRIP_...; 0: only the position is sensed */
@@ -567,6 +570,10 @@ typedef struct PalDevice {
   /* NULL: only the position is sensed. Called after each exchange, under the same conditions, with
      a grip that senses nothing; grip->size is the library's: nothing behind it may be written. */
   void (*grip)(void* user, PalGrip* grip);
+  /* NULL: the device gives no torque. Called before each exchange, under the same conditions: the
+     torque on the grip about its position (N m, device's axes), at most info->max_torque_n_m, that
+     belongs to the force of the exchange. The last one is zero. */
+  void (*torque)(void* user, const double torque_n_m[3]);
 } PalDevice;
 
 /* ---- sessions ----
@@ -688,6 +695,11 @@ typedef struct PalTick {
    free. [RT] */
 PAL_API PalResult pal_haptics_tick(PalSession* session, const PalTick* tick, double force_n[3]);
 
+/* With PAL_SESSION_HOST_TICKS: the torque on the grip that belongs to the force of the last
+   pal_haptics_tick(), N m, about the grip's position, in the device's space. Zero unless the tool
+   has several points. On the thread of the ticks. [RT] */
+PAL_API PalResult pal_haptics_torque(PalSession* session, double torque_n_m[3]);
+
 /* With PAL_SESSION_HOST_TICKS: how the grip is held, from the next pal_haptics_tick() on. On the
    thread of the ticks. [RT] */
 PAL_API PalResult pal_haptics_hold(PalSession* session, const PalGrip* grip);
@@ -729,6 +741,9 @@ typedef struct PalState {
     double held_n[3];
   } limiters[PAL_MOST_LIMITERS];
   double shaft[3]; /* world, unit: from the hand along the grip's shaft; 0: it is not sensed */
+  /* On the grip, along the world's axes: of a tool of several points, also where the device gives
+     none. */
+  double torque_n_m[3];
 } PalState;
 
 /* Gives the newest haptic frame. May wait shortly for other threads that read the session's state;

@@ -482,6 +482,11 @@ class X3dSceneReader {
       number(node, "stiffness", scene_.spec.stiffness_n_per_m, files::kStiffnesses_n_per_m);
       number(node, "palpateDamping", scene_.spec.damping_n_s_per_m, files::kDampings_n_s_per_m);
       number(node, "palpateToolRadius", scene_.spec.tool_radius_m, files::kToolRadii_m);
+      double points = scene_.spec.tool_points;
+      number(node, "palpateToolPoints", points, files::kToolPoints);
+      if (points != std::floor(points))
+        refuse(node, "palpateToolPoints", "a whole number is expected");
+      scene_.spec.tool_points = int(points);
       finish(node);
       visit_children(node, place);
     } else if (name == "Inline") {

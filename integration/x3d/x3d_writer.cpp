@@ -60,6 +60,7 @@ class X3dSceneWriter {
     line("<VolumeHaptics" + attribute("stiffness", text_of(scene.stiffness_n_per_m)) +
          (scene.tool_radius_m > 0.0 ? attribute("palpateToolRadius", text_of(scene.tool_radius_m))
                                     : "") +
+         (scene.tool_points > 1 ? attribute("palpateToolPoints", text_of(scene.tool_points)) : "") +
          (scene.damping_n_s_per_m > 0.0
               ? attribute("palpateDamping", text_of(scene.damping_n_s_per_m))
               : "") +

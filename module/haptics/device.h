@@ -16,6 +16,7 @@ struct DeviceInfo {
   double max_force_n = 0.0;  ///< the largest that it can give for a short time in every direction
   /// what its motors hold for ever; 0: not stated, and their heat is not modelled
   double continuous_force_n = 0.0;
+  double max_torque_n_m = 0.0;         ///< the largest that it can give; 0: it gives none
   double max_stiffness_n_per_m = 0.0;  ///< that its maker or experience calls stable
   glm::dvec3 workspace_centre_m{0.0};
   double workspace_radius_m = 0.0;
@@ -55,6 +56,8 @@ const char* sentence(DeviceFault fault) noexcept;
 struct DeviceCommand {
   glm::dvec3 force_n{0.0};  ///< on the hand; the device clamps to its motors, keeping the direction
   bool in_contact = false;  ///< for a light
+  /// On the grip, about its position; only of a tool of several points. Most devices give none.
+  glm::dvec3 torque_n_m{0.0};
 };
 
 /// What it gets back.

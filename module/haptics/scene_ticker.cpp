@@ -39,6 +39,7 @@ void SceneTicker::publish(const TickInput& input, const TickOutput& output) noex
   snapshot.force_n = run->scene->world_from_device.rotation * output.command.force_n;
   snapshot.cause = output.cause;
   snapshot.in_contact = output.command.in_contact;
+  snapshot.points = haptics_.points();
   for (Newest<SceneSnapshot>& reader : snapshots_) reader.put(snapshot);
   if (const auto kind = button_.step(input.reading, input.now_ns))
     commands_.push({*kind, snapshot});

@@ -214,13 +214,19 @@ struct VolumeSpec {
   SegmentsSpec segments;
 };
 
+/// A finger pad has no more points than these.
+inline constexpr int kMostToolPoints = 5;
+
 struct SceneSpec {
   std::vector<VolumeSpec> volumes;
   std::vector<ModeSpec> modes;
   double stiffness_n_per_m = 600.0;  ///< ks of the spring between probe and proxy
   double damping_n_s_per_m = 0.0;    ///< kd
   double max_force_n = 4.0;
-  double tool_radius_m = 0.0;   ///< of the ball that feels, world; 0: a point
+  /// Of what feels, world: of the ball, or with more points than one of the circle on which they
+  /// are; 0: a point.
+  double tool_radius_m = 0.0;
+  int tool_points = 1;          ///< 2 to kMostToolPoints: a finger pad
   Transform world_from_device;  ///< co-location; its scale enlarges the hand's movements
   /// The options of a session that the scene asks for, as a JSON object; empty: none. Read where a
   /// session is opened (integration/running/session_options.h).

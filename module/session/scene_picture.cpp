@@ -155,6 +155,15 @@ void name_tubes(TubeField field, glm::dvec2 lengths, glm::dvec3 (*colour)(double
   }
 }
 
+/// The points of a finger pad, each joined with the middle.
+void add_points(const SceneSnapshot& snapshot, double radius_m, glm::dvec3 colour, Things& things) {
+  for (int i = 0; i < snapshot.points.count; ++i) {
+    const glm::dvec3 at_m = snapshot.points.proxies_m[size_t(i)];
+    add_sphere(things, at_m, radius_m, colour);
+    things.push_back({snapshot.proxy_m, at_m, 0.3 * radius_m, 0.3 * radius_m, colour});
+  }
+}
+
 }  // namespace
 
 Status check_look(const std::string& name) {
@@ -410,6 +419,7 @@ void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, doubl
     second.shaft = snapshot.second.shaft;
     second.force_n = snapshot.second.force_n;
     second.in_contact = snapshot.second.in_contact;
+    second.points = snapshot.second.points;
     add_hand(second, eye, size, scene);
   }
   if (!snapshot.in_contact) add_drop_line(snapshot, size, scene);
@@ -419,8 +429,11 @@ void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, doubl
     // In contact at the proxy, on the surface: the finger itself is hidden inside.
     const bool touches = snapshot.in_contact;
     const double ball_m = felt_->tool_radius_m > 0.0 ? felt_->tool_radius_m : 0.007 * size;
-    add_sphere(scene.things, touches ? snapshot.proxy_m : snapshot.probe_m, ball_m,
-               touches ? glm::mix(kTouch, kPressed, share) : kPen);
+    const glm::dvec3 colour = touches ? glm::mix(kTouch, kPressed, share) : kPen;
+    if (snapshot.points.count > 0)
+      add_points(snapshot, 0.004 * size, colour, scene.things);
+    else
+      add_sphere(scene.things, touches ? snapshot.proxy_m : snapshot.probe_m, ball_m, colour);
     return;
   }
   // The pen turns with the hand. Of a device that does not sense it, its shaft extends to the side
@@ -431,7 +444,9 @@ void ScenePicture::add_hand(const SceneSnapshot& snapshot, const Eye& eye, doubl
   add_pen(scene.things, snapshot.probe_m, away, 0.0022 * size, 0.07 * size, kPen);
   // A ball as tool has its own size, also where it touches nothing.
   const double tool_m = felt_->tool_radius_m;
-  if (snapshot.in_contact || tool_m > 0.0)
+  if (snapshot.points.count > 0)
+    add_points(snapshot, 0.0022 * size, snapshot.in_contact ? kProxy : kPen, scene.things);
+  else if (snapshot.in_contact || tool_m > 0.0)
     add_sphere(scene.things, snapshot.proxy_m, tool_m > 0.0 ? tool_m : 0.0026 * size,
                snapshot.in_contact ? kProxy : kPen);
   add_arrow(scene.things, snapshot.proxy_m, snapshot.force_n, kArrow_m_per_n * size, 0.0012 * size,

@@ -264,8 +264,8 @@ bool Session::newest(SnapshotReader who, SceneSnapshot& snapshot) {
   if (!options_.second) return is_new;
   const bool second_is_new = options_.second->newest(who, of_second);
   snapshot.has_second = of_second.now_ns != 0;
-  snapshot.second = {of_second.probe_m, of_second.proxy_m, of_second.shaft, of_second.force_n,
-                     of_second.in_contact};
+  snapshot.second = {of_second.probe_m, of_second.proxy_m,    of_second.shaft,
+                     of_second.force_n, of_second.in_contact, of_second.points};
   return is_new || second_is_new;
 }
 

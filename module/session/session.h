@@ -88,6 +88,8 @@ class Session {
   glm::dvec3 tick(const HostTick& tick) noexcept {
     return host_ ? host_->tick(tick) : glm::dvec3(0.0);
   }
+  /// With a host that ticks: see HostLoop. Zero else.
+  glm::dvec3 torque_n_m() const noexcept { return host_ ? host_->torque_n_m() : glm::dvec3(0.0); }
 
   /// Takes a newly known step of a volume's motion: it is used from the next ticks on, without a
   /// jump of the force. Any thread.

@@ -217,6 +217,7 @@ TEST(CommandLine, EveryNumberHasARangeAndTheSentenceSaysIt) {
       {feel, "--look-level", {"nan", "inf", "1e13"}, "from -1000000000 to 1000000000"},
       {feel, "--look-width", {"0", "-1", "nan", "inf"}, "a number above 0"},
       {feel, "--tool-radius", {"-1", "nan", "1e9"}, "from 0 to"},
+      {feel, "--tool-points", {"0", "6", "2.5", "nan"}, "from 1 to 5"},
       {feel, "--iso-value", {"nan", "inf", "high"}, "a number is expected"},
       {feel, "--max-force", {"0", "-1", "1e9", "nan"}, "from 0.01 to 100"},
       {feel, "--stiffness", {"0", "-1", "1e9", "nan"}, "from 1 to 100000"},

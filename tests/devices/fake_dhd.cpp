@@ -88,6 +88,16 @@ int dhdSetForce(double fx, double fy, double fz, char) {
   if (dhd.force_returns >= 0) dhd.forces.push_back({fx, fy, fz});
   return dhd.force_returns;
 }
+int dhdSetForceAndTorque(double fx, double fy, double fz, double tx, double ty, double tz,
+                         char id) {
+  const int returns = dhdSetForce(fx, fy, fz, id);
+  const std::lock_guard lock(fake().mutex);
+  if (returns >= 0) fake().torques.push_back({tx, ty, tz});
+  return returns;
+}
+bool dhdHasActiveWrist(char) {
+  return fake().has_active_wrist;
+}
 unsigned dhdGetButtonMask(char) {
   return fake().buttons;
 }

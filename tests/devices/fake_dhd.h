@@ -11,8 +11,8 @@ namespace palpate::devices::test {
 /// library's axes: x towards the user, y right, z up. The object is in the library, which a test
 /// opens beside the code under test: fake_dhd() returns it.
 struct FakeDhd {
-  std::mutex mutex;  ///< guards `forces`
-  std::vector<std::array<double, 3>> forces;
+  std::mutex mutex;  ///< guards the next two
+  std::vector<std::array<double, 3>> forces, torques;
 
   std::atomic<int> devices = 1, type = 33;
   std::atomic<double> x = 0.0, y = 0.0, z = 0.0;
@@ -32,7 +32,7 @@ struct FakeDhd {
   std::atomic<bool> brakes_by_itself = false;
 
   /// A wrist whose grip is turned so (rows of the matrix) and spins so, and a gripper.
-  std::atomic<bool> has_wrist = false, has_gripper = false;
+  std::atomic<bool> has_wrist = false, has_active_wrist = false, has_gripper = false;
   std::array<std::atomic<double>, 9> orientation{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
   std::array<std::atomic<double>, 3> spin{};
   std::atomic<double> gripper = 0.0;

@@ -32,7 +32,7 @@ void heal_library() {
   dhd.position_returns = dhd.force_returns = dhd.open_returns = dhd.status_returns = 0;
   dhd.error = dhd.position_skips = 0;
   dhd.hangs = dhd.brakes_by_itself = false;
-  dhd.has_wrist = dhd.has_gripper = false;
+  dhd.has_wrist = dhd.has_active_wrist = dhd.has_gripper = false;
   dhd.wrist_returns = dhd.gripper_returns = 0;
   dhd.status[kPower] = dhd.status[kReset] = 1;
 }
@@ -334,6 +334,59 @@ TEST(ForceDimension, TellsHowItsGripIsHeldWhereItHasAWrist) {
     return !reading.grip.turns && !reading.grip.opens;
   }));
   EXPECT_EQ(reading.fault, DeviceFault::kNone);
+}
+
+/// The newest torque that the library got, palpate's axes; not finite: none.
+glm::dvec3 newest_torque() {
+  const std::lock_guard lock(library().mutex);
+  if (library().torques.empty()) return glm::dvec3(std::nan(""));
+  const auto& t = library().torques.back();
+  return {t[1], t[2], t[0]};
+}
+
+TEST(ForceDimension, GivesATorqueOnlyToAWristWithMotorsAndNoneAfterAFault) {
+  heal_library();
+  FakeDhd& dhd = library();
+  dhd.has_wrist = true;
+  DeviceCommand turning;
+  turning.torque_n_m = {0.01, 0.02, -0.03};
+  for (const bool active : {false, true}) {
+    SCOPED_TRACE(active);
+    dhd.has_active_wrist = active;
+    {
+      const std::lock_guard lock(dhd.mutex);
+      dhd.torques.clear();
+    }
+    MailboxDevice device(make_force_dimension_link(made_library()), quiet());
+    ASSERT_TRUE(says(device, DeviceFault::kNone));
+    EXPECT_EQ(device.info().actuated_dof, active ? 6 : 3);
+    for (int k = 0; k < 20; ++k) {
+      device.exchange(turning);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    if (!active) {
+      EXPECT_TRUE(std::isnan(newest_torque().x));
+      continue;
+    }
+    EXPECT_TRUE(wait_for([&] {
+      device.exchange(turning);
+      return newest_torque() == turning.torque_n_m;
+    }));
+    // More than the wrist may have keeps its direction.
+    DeviceCommand strong;
+    strong.torque_n_m = {0.0, 5.0, 0.0};
+    EXPECT_TRUE(wait_for([&] {
+      device.exchange(strong);
+      return newest_torque() == glm::dvec3(0.0, 0.2, 0.0);
+    }));
+    dhd.status[kPower] = 0;
+    EXPECT_TRUE(wait_for([&] {
+      device.exchange(turning);
+      return newest_torque() == glm::dvec3(0.0);
+    }));
+    dhd.status[kPower] = 1;
+  }
+  EXPECT_EQ(newest_torque(), glm::dvec3(0.0)) << "closed";
 }
 
 TEST(ForceDimension, NeverSendsMoreThanTheDeviceHas) {

@@ -36,6 +36,7 @@ TEST(OpenSession, TakesTheOptionsOfTheLoop) {
                                               {"watchdog_s", 0.03},
                                               {"max_hand_speed_m_per_s", 0.7},
                                               {"tool_radius_mm", 2.5},
+                                              {"tool_points", 4},
                                               {"dead_man", true},
                                               {"real_time", false},
                                               {"core", 1},
@@ -46,6 +47,7 @@ TEST(OpenSession, TakesTheOptionsOfTheLoop) {
   const SafetyOptions& safety = prepared->options.haptics.safety;
   EXPECT_EQ(safety.max_force_n, 2.5);
   EXPECT_EQ(prepared->scene.spec.stiffness_n_per_m, 321.0);
+  EXPECT_EQ(prepared->scene.spec.tool_points, 4);
   EXPECT_EQ(safety.late_s, 0.03);
   EXPECT_EQ(prepared->options.servo.loop.watchdog_ns, 30'000'000);
   EXPECT_EQ(safety.max_speed_m_per_s, 0.7);

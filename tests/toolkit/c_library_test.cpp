@@ -694,6 +694,52 @@ TEST(CLibrary, TakesHowTheGripIsHeldFromADeviceOfTheHosts) {
   }
 }
 
+// A finger pad beside the top of the ball is turned by it. With host ticks the torque is that of
+// the tick; the state has it along the world's axes.
+TEST(CLibrary, GivesTheTorqueOnAFingerPad) {
+  Opened opened;
+  open_ball(opened, BallFrames());
+  PAL_ASSERT_OK(pal_session_close(&opened.session));
+  PalDeviceInfo device = host_device();
+  PalSessionInfo info{};
+  info.size = sizeof info;
+  info.flags = PAL_SESSION_HOST_TICKS;
+  info.host = &device;
+  info.options = R"({"tool_points": 4, "tool_radius_mm": 6})";
+  PAL_ASSERT_OK(pal_session_open(opened.scene, &info, &opened.session));
+  PalTick tick{{0.004, 0.0, 0.04}, 1'000'000'000, 0};
+  double force_n[3], torque_n_m[3];
+  for (int k = 0; k < 6000; ++k) {
+    tick.time_ns += 1'000'000;
+    tick.position_m[2] = std::max(0.019, 0.04 - 1e-5 * k);
+    PAL_ASSERT_OK(pal_haptics_tick(opened.session, &tick, force_n));
+    PAL_ASSERT_OK(pal_haptics_torque(opened.session, torque_n_m));
+    if (force_n[2] == 0.0 && force_n[0] == 0.0) {
+      ASSERT_EQ(torque_n_m[1], 0.0);
+    }
+  }
+  EXPECT_GT(force_n[2], 0.3);
+  // The points towards the middle are pressed most: they turn the pad about y, z towards x.
+  EXPECT_GT(torque_n_m[1], 1e-4);
+  EXPECT_NEAR(torque_n_m[0], 0.0, 1e-5);
+  PalState state{};
+  state.size = sizeof state;
+  PAL_ASSERT_OK(pal_session_state(opened.session, &state));
+  for (int a = 0; a < 3; ++a) EXPECT_NEAR(state.torque_n_m[a], torque_n_m[a], 1e-12);
+
+  EXPECT_EQ(pal_haptics_torque(opened.session, nullptr), PAL_BAD_INPUT);
+  EXPECT_EQ(pal_haptics_torque(nullptr, torque_n_m), PAL_BAD_INPUT);
+  PAL_ASSERT_OK(pal_session_close(&opened.session));
+  // A device of the host's says both how much it can give and how it gets it, or neither.
+  info.flags = 0;
+  info.options = nullptr;
+  device.max_torque_n_m = 0.1;
+  const PalDevice without = device_of(device, nullptr, [](void*, const double*, PalReading*) {});
+  info.device = &without;
+  EXPECT_EQ(pal_session_open(opened.scene, &info, &opened.session), PAL_BAD_INPUT);
+  EXPECT_THAT(pal_last_error(), HasSubstr("max_torque_n_m"));
+}
+
 /// The beating shell, ticked by the test, and its stream tubes.
 class ShellTubes {
  public:

@@ -74,6 +74,7 @@ SceneSpec sayable() {
   charges.box_m = glm::dvec3(0.5);
   scene.volumes = {chest, heart, flow, charges, bytes, bare};
   scene.tool_radius_m = 0.003;
+  scene.tool_points = 5;
   const auto mode = [&](const char* name, const char* kind, const char* volume) -> ModeSpec& {
     ModeSpec m;
     m.name = name;
@@ -114,6 +115,7 @@ void expect_same(const SceneSpec& a, const SceneSpec& b) {
   EXPECT_EQ(a.damping_n_s_per_m, b.damping_n_s_per_m);
   EXPECT_EQ(a.max_force_n, b.max_force_n);
   EXPECT_EQ(a.tool_radius_m, b.tool_radius_m);
+  EXPECT_EQ(a.tool_points, b.tool_points);
   expect_near(a.world_from_device, b.world_from_device);
   ASSERT_EQ(a.volumes.size(), b.volumes.size());
   for (size_t k = 0; k < a.volumes.size(); ++k) {

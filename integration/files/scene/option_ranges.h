@@ -1,6 +1,7 @@
 #pragma once
 
 #include "integration/files/scene/number_range.h"
+#include "module/scene/scene_spec.h"
 
 namespace palpate::files {
 
@@ -16,6 +17,7 @@ inline constexpr NumberRange kStiffnesses_n_per_m{1.0, 1e5, false, "N/m"};
 /// Of the ball that feels. A larger one than a fingertip would hide what it touches.
 inline constexpr NumberRange kToolRadii_m{0.0, 0.02, false, "m"};
 inline constexpr NumberRange kToolRadii_mm{0.0, 20.0, false, "mm"};
+inline constexpr NumberRange kToolPoints{1.0, kMostToolPoints};
 /// Ticks further apart are late. Beyond a second a device that does not answer would hold its force
 /// for longer than a hand can wait.
 inline constexpr NumberRange kWatchdogs_s{0.001, 1.0, false, "s"};

@@ -43,6 +43,10 @@ class JsonSceneReader {
     o.number("damping_n_s_per_m", scene_.damping_n_s_per_m, kDampings_n_s_per_m);
     o.number("max_force_n", scene_.max_force_n, kForces_n);
     o.number("tool_radius_m", scene_.tool_radius_m, kToolRadii_m);
+    if (double points = 1.0; o.number("tool_points", points, kToolPoints)) {
+      if (points != std::floor(points)) o.refuse("tool_points", "a whole number is expected");
+      scene_.tool_points = int(points);
+    }
     read_transform(o, "world_from_device", scene_.world_from_device);
     if (const json* session = o.find("session")) {
       if (!session->is_object())

@@ -38,6 +38,7 @@ class JsonSceneWriter {
     put(o, "damping_n_s_per_m", s.damping_n_s_per_m, usual.damping_n_s_per_m);
     put(o, "max_force_n", s.max_force_n, usual.max_force_n);
     put(o, "tool_radius_m", s.tool_radius_m, usual.tool_radius_m);
+    put(o, "tool_points", s.tool_points, usual.tool_points);
     transform(o, "world_from_device", s.world_from_device);
     if (!s.session.empty()) o["session"] = OrderedJson::parse(s.session);
     for (const VolumeSpec& v : s.volumes) o["volumes"].push_back(volume(v));

@@ -464,6 +464,11 @@ class PythonSession {
     check(pal_haptics_tick(session_.handle, &tick, force_n.data()));
     return force_n;
   }
+  std::array<double, 3> torque() {
+    std::array<double, 3> torque_n_m{};
+    check(pal_haptics_torque(session_.handle, torque_n_m.data()));
+    return torque_n_m;
+  }
   /// rotation: w, x, y, z; None: not sensed, as the opening.
   void hold(const std::optional<std::array<double, 4>>& rotation,
             const std::array<double, 3>& angular_velocity_rad_per_s,
@@ -551,16 +556,16 @@ class PythonSession {
     py::dict held;
     for (uint32_t k = 0; k < s.limiter_count; ++k)
       held[s.limiters[k].word] = three(s.limiters[k].held_n);
-    return py::dict("in_contact"_a = s.in_contact != 0, "hand_m"_a = three(s.hand_m),
-                    "proxy_m"_a = three(s.proxy_m), "force_n"_a = three(s.force_n),
-                    "cause"_a = std::string(s.cause),
-                    "cause_sentence"_a = std::string(s.cause_sentence),
-                    "can_play"_a = s.can_play != 0, "steps"_a = s.steps,
-                    "steps_known"_a = s.steps_known, "volumes"_a = volumes, "ticks"_a = s.ticks,
-                    "late_ticks"_a = s.late_ticks, "frames_received"_a = s.frames_received,
-                    "frames_felt"_a = s.frames_felt, "frame_delay_s"_a = s.frame_delay_s,
-                    "frame_cycle_s"_a = s.frame_cycle_s, "hand_work_j"_a = s.hand_work_j,
-                    "asked_n"_a = three(s.asked_n), "held_n"_a = held, "shaft"_a = three(s.shaft));
+    return py::dict(
+        "in_contact"_a = s.in_contact != 0, "hand_m"_a = three(s.hand_m),
+        "proxy_m"_a = three(s.proxy_m), "force_n"_a = three(s.force_n),
+        "cause"_a = std::string(s.cause), "cause_sentence"_a = std::string(s.cause_sentence),
+        "can_play"_a = s.can_play != 0, "steps"_a = s.steps, "steps_known"_a = s.steps_known,
+        "volumes"_a = volumes, "ticks"_a = s.ticks, "late_ticks"_a = s.late_ticks,
+        "frames_received"_a = s.frames_received, "frames_felt"_a = s.frames_felt,
+        "frame_delay_s"_a = s.frame_delay_s, "frame_cycle_s"_a = s.frame_cycle_s,
+        "hand_work_j"_a = s.hand_work_j, "asked_n"_a = three(s.asked_n), "held_n"_a = held,
+        "shaft"_a = three(s.shaft), "torque_n_m"_a = three(s.torque_n_m));
   }
   bool ask_tubes(int action) {
     return was_taken(pal_session_ask_tubes(session_.handle, PalTubesAction(action)));
@@ -741,6 +746,7 @@ PYBIND11_MODULE(_palpate, m) {
            "context"_a, "of_scene"_a, "of_session"_a)
       .def("close", &PythonSession::close)
       .def("tick", &PythonSession::tick, "position_m"_a, "time_ns"_a = 0, "buttons"_a = 0)
+      .def("torque", &PythonSession::torque)
       .def("hold", &PythonSession::hold, "rotation"_a, "angular_velocity_rad_per_s"_a,
            "opening_rad"_a)
       .def("stop", &PythonSession::stop)

@@ -16,10 +16,9 @@ double squared(glm::dvec3 v) noexcept {
   return glm::dot(v, v);
 }
 
-// The largest a in [0, 1] with |from + a step|^2 <= |from|^2 - excess, or -1 if there is none,
-// where a = 1 is known to be outside.
-double furthest_inside(glm::dvec3 from, glm::dvec3 step, double excess) noexcept {
-  const double a = squared(step), half_b = glm::dot(from, step);
+// The largest s in [0, 1] with |from + s step|^2 <= |from|^2 - excess, or -1 if there is none,
+// where s = 1 is known to be outside. a: |step|^2, half_b: from . step.
+double furthest_inside(double a, double half_b, double excess) noexcept {
   const double discriminant = half_b * half_b - a * excess;
   if (!(a > 0.0) || !(discriminant >= 0.0)) return -1.0;
   const double root = std::sqrt(discriminant);
@@ -83,49 +82,62 @@ void EnergyTank::pay(double joule) noexcept {
   energy_j_ = std::max(0.0, energy_j_ - joule);
 }
 
-glm::dvec3 EnergyTank::limit(glm::dvec3 x_prev, glm::dvec3 x_new, glm::dvec3 probe,
-                             double stiffness_n_per_m, double dt_s) noexcept {
+void EnergyTank::limit(std::span<SpringMove> springs, double stiffness_n_per_m,
+                       double dt_s) noexcept {
   last_j_ = 0.0;
   slipped_ = false;
-  const double k = stiffness_n_per_m;
-  const glm::dvec3 from = x_prev - probe, step = x_new - x_prev, to = x_new - probe;
-  const double old_k = known_ ? last_stiffness_ : k;
-  const double sampling_j = known_ ? 0.5 * old_k * squared(probe - last_probe_) : 0.0;
-  // Added energy at x = x_prev + s: k/2 s.(s + 2 from) for the way, and what a stiffer spring holds
-  // at x_prev. Written as differences: the energies themselves may be much larger.
-  const double stiffer_j = 0.5 * (k - old_k) * squared(from);
-  const double wanted_j = 0.5 * k * glm::dot(step, from + to) + stiffer_j;
-  if (!is_finite(from) || !is_finite(step) || !(k > 0.0) || !std::isfinite(wanted_j) ||
-      !std::isfinite(sampling_j))
-    return x_prev;
+  const double k = stiffness_n_per_m, old_k = known_ ? last_stiffness_ : k;
+  // Sums over all springs. Added energy at x = from + s: k/2 s.(s + 2 (from - probe)) for the way,
+  // and what a stiffer spring and a turn put in at `from`. Written as differences: the energies
+  // themselves may be much larger.
+  double wanted_j = 0.0, raised_j = 0.0, sampling_j = 0.0;
+  double squared_m2 = 0.0, step_m2 = 0.0, along_m2 = 0.0;
+  bool finite = k > 0.0;
+  for (size_t i = 0; i < springs.size(); ++i) {
+    const SpringMove& s = springs[i];
+    const glm::dvec3 from = s.from - s.probe, step = s.to - s.from, to = s.to - s.probe;
+    if (known_) sampling_j += 0.5 * old_k * squared(s.probe - s.turned - last_probes_[i]);
+    raised_j +=
+        0.5 * (k - old_k) * squared(from) - 0.5 * old_k * glm::dot(s.turned, s.turned + 2.0 * from);
+    wanted_j += 0.5 * k * glm::dot(step, from + to);
+    squared_m2 += squared(from);
+    step_m2 += squared(step);
+    along_m2 += glm::dot(from, step);
+    finite = finite && is_finite(from) && is_finite(step);
+  }
+  wanted_j += raised_j;
+  if (!finite || !std::isfinite(wanted_j) || !std::isfinite(sampling_j)) {
+    for (SpringMove& s : springs) s.to = s.from;
+    return;
+  }
 
   if (dt_s > 0.0 && std::isfinite(dt_s)) charge(options_.allowance_w * dt_s);
-  last_probe_ = probe;
+  for (size_t i = 0; i < springs.size(); ++i) last_probes_[i] = springs[i].probe;
   last_stiffness_ = k;
   if (wanted_j <= energy_j_) {
     book(wanted_j, sampling_j);
-    return x_new;
+    return;
   }
 
-  // The tank can pay for all x with k/2 |x - probe|^2 <= old_k/2 |x_prev - probe|^2 + energy_j_: a
-  // sphere about the probe. It holds x_prev, unless a stiffer spring alone costs more than the
-  // energy.
-  const double excess = 2.0 * (stiffer_j - energy_j_) / k;  // |x_prev - probe|^2 - its radius^2
-  const double share = furthest_inside(from, step, excess);
-  glm::dvec3 moved = share * step;
-  if (share < 0.0) {
-    const double inside = std::max(0.0, 1.0 - excess / squared(from));
-    moved = (std::sqrt(inside) - 1.0) * from;
+  // The tank can pay for all x with k/2 |x - probe|^2 <= the spring's energy before + energy_j_: a
+  // sphere about the probe (of all springs together). It holds `from`, unless a stiffer spring or a
+  // turn alone costs more than the energy.
+  const double excess = 2.0 * (raised_j - energy_j_) / k;  // |from - probe|^2 - its radius^2
+  const double share = furthest_inside(step_m2, along_m2, excess);
+  const double drawn =
+      share < 0.0 ? std::sqrt(std::max(0.0, 1.0 - excess / squared_m2)) - 1.0 : 0.0;
+  double joule = raised_j;
+  for (SpringMove& s : springs) {
+    const glm::dvec3 from = s.from - s.probe;
+    s.to = s.from + (share < 0.0 ? drawn * from : share * (s.to - s.from));
+    // What is booked is what was done: with x as rounded.
+    const glm::dvec3 done = s.to - s.from;
+    joule += 0.5 * k * glm::dot(done, done + 2.0 * from);
   }
-  const glm::dvec3 x = x_prev + moved;
-  // What is booked is what was done: with x as rounded.
-  const glm::dvec3 done = x - x_prev;
-  const double joule = 0.5 * k * glm::dot(done, done + 2.0 * from) + stiffer_j;
   refused_.add(wanted_j - joule);
   slipped_ = true;
   ++slips_;
   book(joule, sampling_j);
-  return x;
 }
 
 EnergyLedger EnergyTank::ledger() const noexcept {

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <span>
+
+#include "module/scene/scene_spec.h"
 
 namespace palpate {
 
@@ -25,6 +29,16 @@ struct EnergyLedger {
   int64_t slips = 0;       ///< frames in which the surface slipped past
 };
 
+/// One spring of the tool in a haptic frame, m.
+struct SpringMove {
+  glm::dvec3 from{0.0};   ///< the proxy after the last frame
+  glm::dvec3 to{0.0};     ///< after carrying and solving
+  glm::dvec3 probe{0.0};  ///< its other end, now
+  /// The part of the probe's way since the last frame for which the hand felt nothing: a turn of
+  /// the grip on a device that gives no torque.
+  glm::dvec3 turned{0.0};
+};
+
 /// Measures the energy that a moving scene puts into the spring between probe and proxy, and lets
 /// the surface slip past the hand when the scene has spent its budget.
 ///
@@ -33,7 +47,9 @@ struct EnergyLedger {
 ///   f.dp = -change of (k/2 |x - p|^2) + (k/2 |x' - p|^2 - k/2 |x - p|^2 after dp) + k/2 |dp|^2:
 /// the work done on the hand is the spring's loss, plus what the scene put in (booked as put in or
 /// as dissipated, by its sign), plus the sampling energy. A change of k between two frames is the
-/// scene's: it is booked at the proxy and probe of the frame in which it shows. Over any run
+/// scene's: it is booked at the proxy and probe of the frame in which it shows. So is what a turn
+/// of the grip that the hand does not feel does to the spring, between hand and scene. A tool of
+/// several points has a spring for each; f, x, p and dp are then those of all. Over any run
 ///   work on the hand = put in - dissipated + sampling - (spring's energy at the end - at the
 /// start). The tank pays for what is put in and is charged by the allowance and by a share of what
 /// was dissipated beyond the sampling energy (in free motion the spring "loses" k/2 |dp|^2 that no
@@ -49,22 +65,22 @@ class EnergyTank {
  public:
   explicit EnergyTank(const EnergyTankOptions& options = {}) noexcept;
 
-  /// The proxy that the scene can pay for: x_new if it can, else x_prev + a (x_new - x_prev) with
-  /// the largest a in [0, 1] that it can. Call once a haptic frame. x_prev: the proxy after the
-  /// last frame; x_new: after carrying and solving; probe: now; k > 0. If a rise of k alone is more
-  /// than the tank holds, the proxy is drawn towards the probe until it is not. As the result is
-  /// between x_prev and x_new, the force steps by at most max(step without the tank, k |dp|).
-  /// Anything not finite: x_prev, nothing booked. dt_s not finite or <= 0: no allowance. Real-time
-  /// safe.
-  glm::dvec3 limit(glm::dvec3 x_prev, glm::dvec3 x_new, glm::dvec3 probe, double stiffness_n_per_m,
-                   double dt_s) noexcept;
+  /// Sets each spring's `to` to what the scene can pay for: as it is if it can, else
+  /// from + a (to - from) with the largest a in [0, 1] that it can, the same for all. Call once a
+  /// haptic frame. stiffness: of each spring, > 0. If a rise of the stiffness and turns alone are
+  /// more than the tank holds, the proxies are drawn towards their probes until they are not. As
+  /// the result is between `from` and `to`, the force of a spring steps by at most max(step without
+  /// the tank, k |dp|). Anything not finite: `from`, nothing booked. dt_s not finite or <= 0: no
+  /// allowance. 1 to kMostToolPoints springs, as many as in the frame before, or call restart().
+  /// Real-time safe.
+  void limit(std::span<SpringMove> springs, double stiffness_n_per_m, double dt_s) noexcept;
 
   /// Pays for the work, J, that a force other than the spring's did on the hand; negative work is
   /// booked as dissipated. Work beyond the tank's content is booked as put in too, and repaid
   /// before the tank fills again. Not finite: nothing. Real-time safe.
   void pay(double joule) noexcept;
 
-  /// Forgets the last frame's probe and stiffness: call when the proxy is put to the probe (start,
+  /// Forgets the last frame's probes and stiffness: call when the proxy is put to the probe (start,
   /// scene change). Energy and ledger stay.
   void restart() noexcept { known_ = false; }
 
@@ -88,7 +104,7 @@ class EnergyTank {
   double energy_j_ = 0.0, last_j_ = 0.0;
   double debt_j_ = 0.0;  // what rounding overdrew
   bool slipped_ = false, known_ = false;
-  glm::dvec3 last_probe_{0.0};
+  std::array<glm::dvec3, kMostToolPoints> last_probes_{};
   double last_stiffness_ = 0.0;
   CompensatedSum put_in_, dissipated_, sampling_, refused_, charged_;
   int64_t slips_ = 0;

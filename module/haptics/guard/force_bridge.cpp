@@ -8,7 +8,6 @@ namespace {
 
 // largest ratio of the hand's depth to the wall's radius of curvature
 constexpr double kForceBend = 0.5;
-constexpr double kSaid_n = 0.05;  // less than this on its way to the hand is not reported
 
 glm::dvec3 towards_zero(glm::dvec3 v, double by) {
   const double length = glm::length(v);
@@ -52,7 +51,7 @@ glm::dvec3 ForceBridge::step(const BridgeFrame& frame, EnergyTank* tank) noexcep
 
   // The bridge of earlier frames continues; where it pushes the hand along its way that costs
   // energy.
-  if (tank) tank->pay(glm::dot(left_n_, frame.step_m));
+  if (tank) tank->pay(frame.share * glm::dot(left_n_, frame.worked_m));
   const double rate_n_per_s = is_sudden_ ? kSudden_n_per_s : kExchange_n_per_s;
   left_n_ = towards_zero(left_n_, rate_n_per_s * frame.dt_s);
 
@@ -71,13 +70,9 @@ glm::dvec3 ForceBridge::step(const BridgeFrame& frame, EnergyTank* tank) noexcep
   // This is the one place where the scene's force may change by any amount in a tick, and the
   // guards' slew is what the hand feels: whatever would lead it more slowly would give it the same
   // energy.
-  const double next_j = 2.0 * glm::dot(left_n_, frame.step_m);
+  const double next_j = 2.0 * frame.share * glm::dot(left_n_, frame.worked_m);
   if (tank && next_j > tank->energy_j()) left_n_ *= tank->energy_j() / next_j;
   return left_n_;
-}
-
-bool ForceBridge::is_felt() const noexcept {
-  return is_sudden_ && glm::length(left_n_) > kSaid_n;
 }
 
 }  // namespace palpate

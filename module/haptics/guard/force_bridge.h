@@ -11,8 +11,9 @@ namespace palpate {
 /// it at once: the rest of the difference is added to the spring's force and decays. It owns three
 /// events: a scene is exchanged, a scene is taken away, and a constraint on the hand ends or
 /// changes. Such an end is the edge of a surface, a hole, a border of the data, a fold of the
-/// field, or a value that is not finite. What the hand and the material do is felt at once. Values,
-/// world; real-time safe.
+/// field, or a value that is not finite. What the hand and the material do is felt at once. A tool
+/// of several points has one for each, which sees the forces of a tool that is only this point.
+/// Values, world; real-time safe.
 class ForceBridge {
  public:
   /// What the material of a volume did in a haptic frame.
@@ -26,8 +27,10 @@ class ForceBridge {
     glm::dvec3 spring_n{0.0};  ///< the scene's force now
     glm::dvec3 felt_n{0.0};    ///< the force of the frame before
     glm::dvec3 step_m{0.0};    ///< of the hand since then
+    glm::dvec3 worked_m{0.0};  ///< of that, the part along which a force works on the hand
     double stiffness_n_per_m = 0.0;
     double dt_s = 0.0;
+    double share = 1.0;  ///< of this point in the force of the tool
     std::span<const MaterialStep> materials;
   };
 
@@ -44,8 +47,8 @@ class ForceBridge {
 
   /// What the last frame added, world.
   glm::dvec3 left_n() const noexcept { return left_n_; }
-  /// A change by the scene is on its way to the hand, and large enough to be reported.
-  bool is_felt() const noexcept;
+  /// A change by the scene is on its way to the hand.
+  bool is_sudden() const noexcept { return is_sudden_; }
   /// It acted in this frame, where the motion may not be inverted.
   bool is_rough() const noexcept { return is_rough_; }
 

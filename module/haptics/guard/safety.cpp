@@ -84,7 +84,8 @@ Safety::Safety(const SafetyOptions& options, const DeviceInfo& device) noexcept
              kEnergyShare * options_.max_slew_n_per_s / options_.max_force_n),
       contact_(options_.first_contact_n_per_s, options_.first_contact_s),
       return_(options_.return_n_per_s),
-      oscillation_(options_.buzz_n) {}
+      oscillation_(options_.buzz_n),
+      most_torque_n_m_(above_zero(device.max_torque_n_m, 0.0)) {}
 
 SafetyOutput Safety::step(const SafetyInput& input) noexcept {
   // NaN compares false and is replaced too.
@@ -100,15 +101,17 @@ SafetyOutput Safety::step(const SafetyInput& input) noexcept {
   if (active()) {
     force_ = limited(input, dt, out.ledger);
   } else {
-    slewed_ = glm::dvec3(0.0);
+    slewed_ = slewed_torque_n_m_ = glm::dvec3(0.0);
     last_wanted_ = glm::dvec3(0.0);
     slow_ = Cause::kNone;
     return_ = PassiveReturn(options_.return_n_per_s);
     force_ = state_ == SafetyState::kFading ? fade_ * fade_from_ : glm::dvec3(0.0);
+    torque_n_m_ = state_ == SafetyState::kFading ? fade_ * fade_torque_n_m_ : glm::dvec3(0.0);
     out.ledger[Limiter::kOff] = out.ledger.asked_n - force_;
   }
 
   out.force_n = force_;
+  out.torque_n_m = torque_n_m_;
   out.state = state_;
   out.in_contact = active() && input.touching;
   out.work_j = work_j_;
@@ -133,6 +136,8 @@ void Safety::account(const SafetyInput& input, double dt_s) noexcept {
     if (has_position_ && is_finite(moved)) {
       const glm::dvec3 way = shortened(moved, kHandStepM);
       work_j = glm::dot(force_, way);
+      if (most_torque_n_m_ > 0.0 && reading.grip.turns)
+        work_j += dt_s * glm::dot(torque_n_m_, reading.grip.angular_velocity_rad_per_s);
       return_.move(-glm::dot(last_wanted_, way), -glm::dot(slewed_, way));
     }
     last_position_ = reading.position_m;
@@ -153,8 +158,8 @@ uint32_t Safety::off_causes(const SafetyInput& input, double dt_s) noexcept {
   stale_s_ = reading.fresh ? 0.0 : std::min(stale_s_ + dt_s, 1e3);
   if (reading.fault != DeviceFault::kNone || stale_s_ > options_.stale_s)
     off |= bit(Cause::kDevice);
-  if (!is_finite(input.wanted_n) || !is_finite(reading.position_m) ||
-      !is_finite(input.velocity_m_per_s))
+  if (!is_finite(input.wanted_n) || !is_finite(input.wanted_torque_n_m) ||
+      !is_finite(reading.position_m) || !is_finite(input.velocity_m_per_s))
     off |= bit(Cause::kNotFinite);
   if (!(input.dt_s >= kShortestFrameS && input.dt_s <= kJumpS))
     off |= bit(Cause::kClock);
@@ -185,6 +190,7 @@ void Safety::advance(const SafetyInput& input, uint32_t off, double dt_s) noexce
     latched_ = first(off);
     state_ = SafetyState::kFading;
     fade_from_ = force_;
+    fade_torque_n_m_ = torque_n_m_;
     fade_ = 1.0;
   }
   switch (state_) {
@@ -250,6 +256,21 @@ glm::dvec3 Safety::faded_at_edge(glm::dvec3 force, glm::dvec3 position) noexcept
   return force - (1.0 - left) * part * outward;
 }
 
+// As a force at the end of the lever. kept: the share that the return leaves of the force.
+void Safety::limit_torque(const SafetyInput& input, double gain, double most_n, double kept,
+                          double rising_n_per_s, double dt_s) noexcept {
+  if (input.lever_m > 0.0) lever_m_ = input.lever_m;
+  const glm::dvec3 aim = kept * shortened(gain * shortened(input.wanted_torque_n_m,
+                                                           10.0 * options_.max_force_n * lever_m_),
+                                          most_n * lever_m_);
+  const bool rises = length_of(aim) > length_of(slewed_torque_n_m_);
+  const double full = (1.0 - kEnergyShare) * options_.max_slew_n_per_s;
+  slewed_torque_n_m_ +=
+      shortened(aim - slewed_torque_n_m_, (rises ? rising_n_per_s : full) * lever_m_ * dt_s);
+  torque_n_m_ = power_.gain() * slewed_torque_n_m_;
+  if (most_torque_n_m_ > 0.0) torque_n_m_ = shortened(torque_n_m_, most_torque_n_m_);
+}
+
 // The guards of docs/force-limits.md, in its order. What each holds back is the force before it
 // minus the force behind it.
 glm::dvec3 Safety::limited(const SafetyInput& input, double dt_s, ForceLedger& ledger) noexcept {
@@ -306,6 +327,8 @@ glm::dvec3 Safety::limited(const SafetyInput& input, double dt_s, ForceLedger& l
   ledger[Limiter::kFirstContact] = at_full_slew - slewed_;
   return_.give(length_of(slewed_));
   last_wanted_ = force;
+  limit_torque(input, gain, most, allowed_n > 0.0 ? std::min(1.0, returned_n / allowed_n) : 1.0,
+               rising, dt_s);
   // Power.
   if (power_.gain() < 1.0 && limit_ == Cause::kNone) limit_ = Cause::kEnergy;
   const glm::dvec3 given = power_.gain() * slewed_;

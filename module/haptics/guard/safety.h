@@ -47,6 +47,9 @@ struct SafetyOptions {
 /// What one haptic frame asks of the guards. Space: the device's, m and N.
 struct SafetyInput {
   glm::dvec3 wanted_n{0.0};  ///< the scene's force
+  /// About the device's position, and how far from it the forces act, m. 0: there is no torque.
+  glm::dvec3 wanted_torque_n_m{0.0};
+  double lever_m = 0.0;
   DeviceReading reading;
   glm::dvec3 velocity_m_per_s{0.0};
   double dt_s = 1e-3;     ///< since the last frame, as measured
@@ -70,6 +73,7 @@ enum class SafetyState : uint8_t {
 /// What may reach the hand.
 struct SafetyOutput {
   glm::dvec3 force_n{0.0};
+  glm::dvec3 torque_n_m{0.0};
   SafetyState state = SafetyState::kWaiting;
   Cause cause = Cause::kStarting;
   bool in_contact = false;
@@ -97,6 +101,10 @@ struct SafetyOutput {
 /// where the clock is to blame: below 1 us or not a number). After a gap the force changes by no
 /// more than in any other frame, and the ramp takes at least ten frames.
 ///
+/// A torque passes the same limits as a force at the end of its lever would (start, buzz,
+/// magnitude, heat, return, first contact, slew, power, off ramp), and is cut at the most that the
+/// device can give. Of a device that gives none it is only told.
+///
 /// A value; step() is real-time safe and its result depends on the inputs alone. One thread.
 class Safety {
  public:
@@ -111,6 +119,8 @@ class Safety {
   uint32_t off_causes(const SafetyInput& input, double dt_s) noexcept;
   void advance(const SafetyInput& input, uint32_t off, double dt_s) noexcept;
   void latch(uint32_t off) noexcept;
+  void limit_torque(const SafetyInput& input, double gain, double most_n, double kept,
+                    double rising_n_per_s, double dt_s) noexcept;
   glm::dvec3 limited(const SafetyInput& input, double dt_s, ForceLedger& ledger) noexcept;
   glm::dvec3 damping(glm::dvec3 velocity) noexcept;
   glm::dvec3 faded_at_edge(glm::dvec3 force, glm::dvec3 position) noexcept;
@@ -141,6 +151,9 @@ class Safety {
   double work_j_ = 0.0;  // on the hand, since the start
   double fast_s_ = 0.0, stale_s_ = 0.0;
   glm::dvec3 fade_from_{0.0}, slewed_{0.0}, force_{0.0};
+  // The same of the torque. lever_m_: the last that was not 0.
+  glm::dvec3 fade_torque_n_m_{0.0}, slewed_torque_n_m_{0.0}, torque_n_m_{0.0};
+  double lever_m_ = 0.0, most_torque_n_m_ = 0.0;
   glm::dvec3 last_wanted_{0.0};  // behind magnitude, before slew
   glm::dvec3 last_position_{0.0};
   bool has_position_ = false;

@@ -56,13 +56,18 @@ HapticRun::HapticRun(std::shared_ptr<const Scene> of) : scene(std::move(of)) {
     if (!volume.is_still()) playing.push_back(int(volumes.size()));
     volumes.emplace_back(volume);
   }
-  for (const SceneCarrier& plan : scene->carriers) {
-    CarrierRun run;
-    run.carrier = make_carrier(plan, volumes[plan.volume], scene->tool_radius_m);
-    run.carrier->carry();
-    carriers.push_back(std::move(run));
+  for (size_t i = 0; i < scene->points_m.size(); ++i) {
+    PointRun point;
+    for (const SceneCarrier& plan : scene->carriers) {
+      CarrierRun run;
+      run.carrier = make_carrier(plan, volumes[plan.volume], scene->tool_radius_m);
+      run.carrier->carry();
+      point.carriers.push_back(std::move(run));
+    }
+    point.modes.resize(scene->modes.size());
+    point.material_steps.resize(scene->carriers.size());
+    points.push_back(std::move(point));
   }
-  material_steps.resize(carriers.size());
   for (const SceneMode& mode : scene->modes) {
     ModeRun run;
     run.on = mode.spec.on;
@@ -95,15 +100,19 @@ void HapticRun::take_over(const HapticRun& before) noexcept {
       if (old.spec.name != mode.spec.name) continue;
       modes[m] = before.modes[o];
       const VolumeRun& volume = volumes[scene->carriers[mode.carrier].volume];
-      modes[m].on_surface =
-          modes[m].on_surface &&
+      const bool rests =
           unmoved(volume, before.volumes[before.scene->carriers[old.carrier].volume]);
+      for (size_t i = 0; i < std::min(points.size(), before.points.size()); ++i) {
+        points[i].modes[m] = before.points[i].modes[o];
+        points[i].modes[m].on_surface &= rests;
+      }
     }
   }
-  for (CarrierRun& run : carriers) run.carrier->carry();
+  for (PointRun& point : points)
+    for (CarrierRun& run : point.carriers) run.carrier->carry();
 }
 
-void HapticRun::place_proxy(glm::dvec3 world) noexcept {
+void PointRun::place_proxy(glm::dvec3 world) noexcept {
   for (CarrierRun& run : carriers) {
     run.frozen = !run.carrier->put(world);
     run.fade = run.frozen ? 0.0 : 1.0;
@@ -114,8 +123,15 @@ void HapticRun::place_proxy(glm::dvec3 world) noexcept {
 void HapticRun::ramp(double dt_s, double felt_n) noexcept {
   double placed_n = 0.0;
   int ramping = stiffness_n_per_m != wanted_stiffness_n_per_m;
-  for (const ModeRun& mode : modes) {
-    placed_n += mode.placed_n * mode.weight * mode.gain;
+  // Of the points of a tool the one at which most is placed counts.
+  const auto placed_by = [this](size_t m) {
+    double most_n = 0.0;
+    for (const PointRun& point : points) most_n = std::max(most_n, point.modes[m].placed_n);
+    return most_n;
+  };
+  for (size_t m = 0; m < modes.size(); ++m) {
+    const ModeRun& mode = modes[m];
+    placed_n += placed_by(m) * mode.weight * mode.gain;
     ramping += (mode.weight != mode.wanted_weight()) + (mode.gain != mode.wanted_gain);
   }
   const double share_n_per_s = kRamp_n_per_s / std::max(ramping, 1);
@@ -124,9 +140,10 @@ void HapticRun::ramp(double dt_s, double felt_n) noexcept {
     ModeRun& mode = modes[m];
     if (!mode.ramps()) continue;
     // In balance with hand and other modes: it gives no more than they.
-    const double most_n = felt_n + placed_n - mode.placed_n * mode.weight * mode.gain;
-    const double unit_n = std::max(
-        mode.placed_n > 0.0 ? mode.placed_n : scene->modes[m].spec.strength.highest(), 1e-3);
+    const double own_n = placed_by(m);
+    const double most_n = felt_n + placed_n - own_n * mode.weight * mode.gain;
+    const double unit_n =
+        std::max(own_n > 0.0 ? own_n : scene->modes[m].spec.strength.highest(), 1e-3);
     mode.weight = ramped(mode.weight, mode.wanted_weight(), unit_n * std::max(mode.gain, 1e-3),
                          most_n, dt_s, share_n);
     mode.gain = ramped(mode.gain, mode.wanted_gain, unit_n * std::max(mode.weight, 1e-3), most_n,

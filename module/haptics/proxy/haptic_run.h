@@ -18,12 +18,16 @@ struct ModeRun {
   double weight = 1.0;  ///< follows `on` in a ramp, so that switching is no step
   double gain = 1.0;
   double wanted_gain = 1.0;
-  double placed_n = 0.0;  ///< strongest of what it placed last, before weight and gain
   bool on = true;
-  bool on_surface = false;  ///< the proxy rests on its surface, and has not been pressed through it
-  double iso_value = 0.0;   ///< the data's value where it was met
   double wanted_weight() const { return on ? 1.0 : 0.0; }
   bool ramps() const { return weight != wanted_weight() || gain != wanted_gain; }
+};
+
+/// How it stands at a point of the tool.
+struct PointMode {
+  double placed_n = 0.0;    ///< strongest of what it placed last, before weight and gain
+  bool on_surface = false;  ///< the proxy rests on its surface, and has not been pressed through it
+  double iso_value = 0.0;   ///< the data's value where it was met
 };
 
 /// A carrier, and the fade of its force while its point can not be found: the point is frozen and
@@ -44,12 +48,26 @@ struct CarrierRun {
   void follow_to(glm::dvec3 proxy, double felt_n, double dt_s) noexcept;
 };
 
+/// What a point of the tool has of its own: its proxy is carried, swept and balanced as if it were
+/// the whole tool.
+struct PointRun {
+  std::vector<CarrierRun> carriers;  ///< as Scene::carriers
+  std::vector<PointMode> modes;      ///< as Scene::modes
+  BalanceHint hint;                  ///< of the sweep's last balance
+  double drag_n_s_per_m = 0.0;       ///< of the material, as the last sweep found it
+  std::vector<ForceBridge::MaterialStep> material_steps;  ///< of the carriers, for the bridge
+
+  /// Puts every carrier at the material point that is at `world`; where it can not be found the
+  /// carrier starts faded out. Real-time safe.
+  void place_proxy(glm::dvec3 world) noexcept;
+};
+
 /// The state of a running scene: everything that changes from one haptic frame to the next. Made by
 /// prepare() off the servo thread with all its memory; the frames themselves allocate nothing.
 struct HapticRun {
   std::shared_ptr<const Scene> scene;
   std::vector<VolumeRun> volumes;
-  std::vector<CarrierRun> carriers;
+  std::vector<PointRun> points;  ///< as Scene::points_m
   std::vector<ModeRun> modes;
   /// volumes whose transform may change; only their poses are computed
   std::vector<int> posed;
@@ -57,12 +75,10 @@ struct HapticRun {
   double time_s = 0.0;       ///< since the start; drives the scripted transforms
   double stiffness_n_per_m = 0.0;
   double wanted_stiffness_n_per_m = 0.0;
-  BalanceHint hint;  ///< of the sweep's last balance
-  /// of the sweep: kept here, since clearing it in each frame would cost more than using it
+  /// of a sweep: kept here, since clearing it in each frame would cost more than using it
   std::array<Placed, 3> scratch;
-  std::vector<ForceBridge::MaterialStep> material_steps;  ///< of the carriers, for the bridge
 
-  /// Everything at its start, proxy to be set with place_proxy(). Allocates.
+  /// Everything at its start, proxies to be set with place_proxy(). Allocates.
   explicit HapticRun(std::shared_ptr<const Scene> scene);
   HapticRun(const HapticRun&) = delete;
   HapticRun& operator=(const HapticRun&) = delete;
@@ -71,9 +87,6 @@ struct HapticRun {
   /// New modes come in as if they were switched on now. A volume that stands still in both scenes
   /// is where the new scene puts it. Real-time safe.
   void take_over(const HapticRun& before) noexcept;
-  /// Puts every carrier at the material point that is at `world`; where it can not be found the
-  /// carrier starts faded out. Real-time safe.
-  void place_proxy(glm::dvec3 world) noexcept;
   /// Moves switches, gains and the stiffness towards their wanted values, so that the force changes
   /// by at most kRamp_n_per_s; felt_n is the force on the hand now. Real-time safe.
   void ramp(double dt_s, double felt_n) noexcept;

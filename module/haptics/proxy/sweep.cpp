@@ -41,15 +41,16 @@ constexpr double kShortestDrag_s = 1e-6;
 
 class Way {
  public:
-  Way(HapticRun& run, glm::dvec3 probe, double stiffness, double dt_s)
-      : run_(run), hand_(probe), probe_(probe), stiffness_(stiffness), dt_s_(dt_s) {}
+  Way(HapticRun& run, PointRun& point, glm::dvec3 probe, double stiffness, double dt_s)
+      : run_(run), point_(point), hand_(probe), probe_(probe), stiffness_(stiffness), dt_s_(dt_s) {}
 
   Sweep go() noexcept {
     Sweep result;
     Placed *here = &run_.scratch[0], *there = &run_.scratch[1], *between = &run_.scratch[2];
 
     // What holds the proxy where it is, and what the time since the last frame did to it.
-    for (size_t c = 0; c < run_.carriers.size(); ++c) starts_[c] = run_.carriers[c].carrier->mark();
+    for (size_t c = 0; c < point_.carriers.size(); ++c)
+      starts_[c] = point_.carriers[c].carrier->mark();
     place(*here);
     result.drag_n_s_per_m = here->drag_n_s_per_m;
     if (here->drag_n_s_per_m > 0.0) join_drag(*here);
@@ -99,7 +100,7 @@ class Way {
       std::swap(here, there);
     }
     // Out of pieces: the proxy stays where the way was cut, with the primitives of that place.
-    result.proxy = run_.carriers.empty() ? probe_ : last_at();
+    result.proxy = point_.carriers.empty() ? probe_ : last_at();
     return result;
   }
 
@@ -141,7 +142,7 @@ class Way {
   }
 
   Balance solve(const Placed& placed, Sweep& result) const noexcept {
-    const Balance balance = palpate::balance(placed.set, probe_, stiffness_, &run_.hint);
+    const Balance balance = palpate::balance(placed.set, probe_, stiffness_, &point_.hint);
     result.primitives = placed.set.count();
     result.residual_n = balance.residual_n;
     result.touching = false;
@@ -157,9 +158,9 @@ class Way {
     placed.drag_n_s_per_m = 0.0;
     placed.drag_at_n_s = glm::dvec3(0.0);
     for (size_t m = 0; m < run_.modes.size(); ++m) {
-      ModeRun& mode = run_.modes[m];
+      const ModeRun& mode = run_.modes[m];
       const SceneMode& plan = run_.scene->modes[m];
-      CarrierRun& carrier = run_.carriers[plan.carrier];
+      CarrierRun& carrier = point_.carriers[plan.carrier];
       const double weight = mode.weight * mode.gain * carrier.fade;
       if (!(weight > 0.0)) continue;
       const int before = placed.set.count();
@@ -170,7 +171,7 @@ class Way {
         placed.owner[i] = uint8_t(m);
         strongest = std::max(strongest, placed.set[i].strength_n);
       }
-      mode.placed_n = strongest / weight;
+      point_.modes[m].placed_n = strongest / weight;
       placed.drag_at_n_s += (placed.drag_n_s_per_m - dragged) * carrier.material_m;
     }
     pull(placed);
@@ -198,8 +199,8 @@ class Way {
   void measure(glm::dvec3 to) noexcept {
     strides_ = length_ = 0.0;
     way_ = glm::dvec3(0.0);
-    for (size_t c = 0; c < run_.carriers.size(); ++c) {
-      const CarrierRun& run = run_.carriers[c];
+    for (size_t c = 0; c < point_.carriers.size(); ++c) {
+      const CarrierRun& run = point_.carriers[c];
       ways_[c] = glm::dvec3(0.0);
       if (run.frozen) continue;
       const glm::dvec3 d = to - run.carrier->at();
@@ -215,8 +216,8 @@ class Way {
   /// where the frame began, so that the force felt there fades. Where it failed it may already have
   /// been off the surface, and the force would end at once.
   void advance(double share, glm::dvec3 to) noexcept {
-    for (size_t c = 0; c < run_.carriers.size(); ++c) {
-      CarrierRun& run = run_.carriers[c];
+    for (size_t c = 0; c < point_.carriers.size(); ++c) {
+      CarrierRun& run = point_.carriers[c];
       if (run.frozen) continue;
       const glm::dvec3 from = run.carrier->at();
       if (run.carrier->go_to(share == 1.0 ? to : from + share * (to - from))) continue;
@@ -226,11 +227,12 @@ class Way {
   }
 
   void mark() noexcept {
-    for (size_t c = 0; c < run_.carriers.size(); ++c) marks_[c] = run_.carriers[c].carrier->mark();
+    for (size_t c = 0; c < point_.carriers.size(); ++c)
+      marks_[c] = point_.carriers[c].carrier->mark();
   }
   void reset() noexcept {
-    for (size_t c = 0; c < run_.carriers.size(); ++c)
-      if (!run_.carriers[c].frozen) run_.carriers[c].carrier->reset(marks_[c]);
+    for (size_t c = 0; c < point_.carriers.size(); ++c)
+      if (!point_.carriers[c].frozen) point_.carriers[c].carrier->reset(marks_[c]);
   }
 
   /// How fast the way of its mode's carrier leads out of plane i, per length: below 0, against it.
@@ -278,7 +280,7 @@ class Way {
   void keep_iso_values(const Placed& there, uint32_t met) noexcept {
     for (int i = 0; i < there.set.count(); ++i) {
       if (!(met >> there.owner[i] & 1u) || there.surface_value[i].slope_per_m == 0.0) continue;
-      ModeRun& mode = run_.modes[there.owner[i]];
+      PointMode& mode = point_.modes[there.owner[i]];
       mode.on_surface = true;
       mode.iso_value = there.surface_value[i].value;
     }
@@ -292,7 +294,8 @@ class Way {
   /// that nothing presses on, is not kept to any longer.
   void follow_surfaces(Placed& here) noexcept {
     uint32_t kept = 0, pressed_on = 0;
-    for (size_t m = 0; m < run_.modes.size(); ++m) kept |= uint32_t(run_.modes[m].on_surface) << m;
+    for (size_t m = 0; m < point_.modes.size(); ++m)
+      kept |= uint32_t(point_.modes[m].on_surface) << m;
     if (!kept) return;
     glm::dvec3 way(0.0);
     for (int i = 0; i < here.set.count(); ++i) {
@@ -300,21 +303,21 @@ class Way {
       pressed_on |= 1u << here.owner[i];
       if (here.surface_value[i].slope_per_m == 0.0) continue;
       const glm::dvec3 out = here.set[i].direction;
-      const double deep = (run_.modes[here.owner[i]].iso_value - here.surface_value[i].value) /
+      const double deep = (point_.modes[here.owner[i]].iso_value - here.surface_value[i].value) /
                               here.surface_value[i].slope_per_m -
                           glm::dot(way, out);
       const double stride = carrier_of(here.owner[i]).carrier->stride_m();
       way += out * std::clamp(deep - kSunk * stride, 0.0, kMostFollowed * stride);
     }
-    for (size_t m = 0; m < run_.modes.size(); ++m)
-      run_.modes[m].on_surface = (kept & pressed_on) >> m & 1u;
+    for (size_t m = 0; m < point_.modes.size(); ++m)
+      point_.modes[m].on_surface = (kept & pressed_on) >> m & 1u;
     if (way == glm::dvec3(0.0)) return;
-    for (CarrierRun& run : run_.carriers)
+    for (CarrierRun& run : point_.carriers)
       if (!run.frozen && !run.carrier->go_to(run.carrier->at() + way)) run.frozen = true;
     place(here);
   }
   CarrierRun& carrier_of(int mode) const noexcept {
-    return run_.carriers[run_.scene->modes[mode].carrier];
+    return point_.carriers[run_.scene->modes[mode].carrier];
   }
 
   /// The modes of which a plane stands against the way and would hold.
@@ -385,12 +388,13 @@ class Way {
   }
 
   glm::dvec3 last_at() const noexcept {
-    for (const CarrierRun& run : run_.carriers)
+    for (const CarrierRun& run : point_.carriers)
       if (!run.frozen) return run.carrier->at();
-    return run_.carriers.front().carrier->at();
+    return point_.carriers.front().carrier->at();
   }
 
   HapticRun& run_;
+  PointRun& point_;
   glm::dvec3 hand_;
   // Where the spring that the primitives act against is fixed, and its stiffness: the hand's, or
   // with the damper of viscous material both together.
@@ -407,8 +411,9 @@ class Way {
 
 }  // namespace
 
-Sweep sweep(HapticRun& run, glm::dvec3 probe, double stiffness_n_per_m, double dt_s) noexcept {
-  return Way(run, probe, stiffness_n_per_m, dt_s).go();
+Sweep sweep(HapticRun& run, PointRun& point, glm::dvec3 probe, double stiffness_n_per_m,
+            double dt_s) noexcept {
+  return Way(run, point, probe, stiffness_n_per_m, dt_s).go();
 }
 
 }  // namespace palpate

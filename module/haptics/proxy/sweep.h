@@ -26,6 +26,8 @@ struct Sweep {
 /// every step size. A carrier whose point can not be found stays where it is. Real-time safe;
 /// after 48 pieces or 96 samples of the data (one per mode and place) the rest of the way is left
 /// to the next frame.
-Sweep sweep(HapticRun& run, glm::dvec3 probe, double stiffness_n_per_m, double dt_s) noexcept;
+/// point: the one of run.points that is swept; probe: where it is.
+Sweep sweep(HapticRun& run, PointRun& point, glm::dvec3 probe, double stiffness_n_per_m,
+            double dt_s) noexcept;
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "module/scene/drive.h"
 #include "module/scene/segment_modes.h"
@@ -77,6 +78,23 @@ PoseStage pose_stage(const VolumeSpec& spec) {
   return PoseStage::kSmooth;
 }
 
+/// Of a finger pad that has no radius: about that of a fingertip.
+constexpr double kPadRadius_m = 0.005;
+
+/// Where the points of a tool are.
+std::vector<glm::dvec3> points_of(const SceneSpec& spec) {
+  if (spec.tool_points == 1) return {glm::dvec3(0.0)};
+  const double radius_m = spec.tool_radius_m > 0.0 ? spec.tool_radius_m : kPadRadius_m;
+  const int around = std::min(spec.tool_points, 4);
+  std::vector<glm::dvec3> points;
+  for (int i = 0; i < around; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / around;
+    points.push_back(radius_m * glm::dvec3(std::cos(angle), std::sin(angle), 0.0));
+  }
+  if (spec.tool_points > around) points.emplace_back(0.0);
+  return points;
+}
+
 /// The stages of a volume.
 SceneVolume planned(const VolumeSpec& spec, std::shared_ptr<const MovingVolume> data) {
   SceneVolume volume{spec, std::move(data), pose_stage(spec)};
@@ -94,6 +112,8 @@ Status check_numbers(const SceneSpec& spec, const std::vector<ModeSpec>& modes) 
     return bad("The scene's damping must be a number that is not negative (N s/m).");
   if (!(spec.tool_radius_m >= 0.0) || !std::isfinite(spec.tool_radius_m))
     return bad("The tool's radius must be a number that is not negative (m).");
+  if (spec.tool_points < 1 || spec.tool_points > kMostToolPoints)
+    return bad("The tool can have 1 to " + std::to_string(kMostToolPoints) + " points.");
   if (const Status fine = check(spec.world_from_device); !fine)
     return bad("The place of the device: " + fine.error().message);
   for (const VolumeSpec& volume : spec.volumes) {
@@ -134,7 +154,8 @@ Result<std::shared_ptr<const Scene>> plan(const SceneSpec& spec,
   auto scene = std::make_shared<Scene>();
   scene->stiffness_n_per_m = spec.stiffness_n_per_m;
   scene->damping_n_s_per_m = spec.damping_n_s_per_m;
-  scene->tool_radius_m = spec.tool_radius_m;
+  scene->points_m = points_of(spec);
+  if (spec.tool_points == 1) scene->tool_radius_m = spec.tool_radius_m;
   scene->world_from_device = spec.world_from_device;
   for (size_t v = 0; v < data.size(); ++v) {
     if (const Status fits = check(*data[v]); !fits) return fits.error();
@@ -152,7 +173,7 @@ Result<std::shared_ptr<const Scene>> plan(const SceneSpec& spec,
     auto of_kind = kinds.make(mode);
     if (!of_kind) return of_kind.error();
     made.mode = std::move(*of_kind);
-    made.reads_contact = spec.tool_radius_m > 0.0 && mode.kind == "surface" && made.segment < 0 &&
+    made.reads_contact = scene->tool_radius_m > 0.0 && mode.kind == "surface" && made.segment < 0 &&
                          mode.scalar == ScalarProperty::kValue && !mode.leaving && !mode.two_sided;
     scene->modes.push_back(std::move(made));
   }

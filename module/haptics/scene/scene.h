@@ -68,7 +68,10 @@ struct Scene {
   std::vector<SceneCarrier> carriers;  ///< only those that a mode needs
   double stiffness_n_per_m = 600.0;
   double damping_n_s_per_m = 0.0;
-  double tool_radius_m = 0.0;  ///< world; 0: a point
+  double tool_radius_m = 0.0;  ///< of a ball, world; 0: points
+  /// Of the tool, from its tip: along the axes of the grip (GripReading), as long as in the world,
+  /// m. Their sum is zero.
+  std::vector<glm::dvec3> points_m{glm::dvec3(0.0)};
   Transform world_from_device;
 };
 
@@ -77,6 +80,8 @@ struct Scene {
 /// an unknown volume, motion or kind, data that do not fit together, more than kMostModes modes, a
 /// transform with a negative determinant or another number that is out of range. Allocates; any
 /// thread but the servo's.
+/// A tool of n points: 2 to 4 are on a circle of the tool's radius across the grip's shaft, the
+/// first along the grip's x axis; of 5 the last is in its middle.
 Result<std::shared_ptr<const Scene>> plan(const SceneSpec& spec,
                                           std::vector<std::shared_ptr<const MovingVolume>> data,
                                           const ModeKinds& kinds = {});

@@ -179,6 +179,11 @@ std::string text(const Scene& scene) {
     if (!stages.each_tick.empty()) all += "  each tick  " + joined(stages.each_tick) + "\n";
     for (const std::string& left : stages.left_out) all += "  left out   " + left + "\n";
   }
+  if (scene.points_m.size() > 1)
+    all += formatted(
+        "A tool of %zu points: each has a proxy of its own, with back-tracking, modes "
+        "and balance\n",
+        scene.points_m.size());
   std::vector<std::string> idle;
   for (const SceneMode& mode : scene.modes)
     if (!mode.spec.on) idle.push_back(mode.spec.name);

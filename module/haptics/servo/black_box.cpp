@@ -60,6 +60,7 @@ std::string header() {
   const TickOutput output;
   visit_input(input, Names{line});
   visit_output(output, Names{line});
+  visit_torque(output, Names{line});
   return line + ",poses (volume x y z in m),events (kind index value)";
 }
 
@@ -167,6 +168,7 @@ void BlackBox::write(const std::string& why, int trip) {
     std::string line = std::to_string(int(k) - trip);
     visit_input(tick.input, Cells{line});
     visit_output(tick.output, Cells{line});
+    visit_torque(tick.output, Cells{line});
     file << line << poses_and_events(tick.input) << '\n';
   }
   file.close();

@@ -32,6 +32,10 @@ class HostLoop {
   /// by a ramp and comes back after it. Zero after stop(), once the ramp is over. Real-time safe;
   /// one thread at a time.
   glm::dvec3 tick(const HostTick& tick) noexcept;
+  /// The torque that belongs to the force of the last tick, device space, N m. The ticks' thread.
+  glm::dvec3 torque_n_m() const noexcept {
+    return over_ ? glm::dvec3(0.0) : device_.command.torque_n_m;
+  }
 
   /// The force goes to zero by a ramp in the ticks that follow. Any thread; does not wait.
   void stop() noexcept { ports_.stop.store(true); }

@@ -23,10 +23,12 @@ bool has_end(std::string_view all) {
 
 std::string name_of_field_at(const TickOutput& output, size_t byte) {
   std::string name, bytes;
-  visit_output(output, [&](const char* field, const char* unit, const auto& value) {
+  const auto count = [&](const char* field, const char* unit, const auto& value) {
     if (bytes.size() <= byte) name = field;
     FieldEncoder{bytes}(field, unit, value);
-  });
+  };
+  visit_output(output, count);
+  visit_torque(output, count);
   return name;
 }
 
@@ -211,8 +213,12 @@ Result<Replay> replay(Recording& recording, Ticker& ticker, TickListener* listen
     if (listener) listener->hear(input, output);
     was.clear();
     is.clear();
-    visit_output(recorded, FieldEncoder{was});
-    visit_output(output, FieldEncoder{is});
+    const auto encode = [](const TickOutput& of, std::string& bytes) {
+      visit_output(of, FieldEncoder{bytes});
+      visit_torque(of, FieldEncoder{bytes});
+    };
+    encode(recorded, was);
+    encode(output, is);
     if (was == is) continue;
     if (result.different++ > 0) continue;
     result.first_different = int64_t(result.ticks);

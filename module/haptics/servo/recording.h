@@ -16,14 +16,14 @@
 
 namespace palpate {
 
-/// The file of a recording, version 2; all numbers little-endian, floating point as IEEE 754 bits,
+/// The file of a recording, version 3; all numbers little-endian, floating point as IEEE 754 bits,
 /// fields in the order of tick_fields.h without gaps:
 ///   "palpate-ticks\r\n\x1a", u32 version, u32 length and text that identifies the scene, i64
 ///   period (ns); per tick 'T', u8 poses, u8 events, the input's fields, the poses, the events, how
-///   the grip is held, the output's fields; at the end 'E', u64 ticks, u64 ticks that were lost,
-///   u64 FNV-1a hash of all bytes before.
-/// About 300 bytes per tick: 1.1 GB per hour at 1 kHz. Version 1 has nothing of the grip; it is
-/// read.
+///   the grip is held, the output's fields, the torque; at the end 'E', u64 ticks, u64 ticks that
+///   were lost, u64 FNV-1a hash of all bytes before.
+/// About 300 bytes per tick: 1.1 GB per hour at 1 kHz. Version 1 has nothing of the grip, 1 and 2
+/// no torque; they are read.
 
 /// Writes one. Not real-time safe, one thread.
 class RecordingWriter final : public TickListener {

@@ -142,20 +142,22 @@ TickInput ServoLoop::gather(const DeviceReading& reading, int64_t now_ns) noexce
 /// The tick limits its own force. This only checks that the tick itself works: that its force is
 /// finite, and that a stop comes to an end.
 void ServoLoop::guard(const DeviceCommand& wanted, int64_t now_ns) noexcept {
-  const bool finite = is_finite(wanted.force_n);
+  const bool finite = is_finite(wanted.force_n) && is_finite(wanted.torque_n_m);
   if (!finite) count_up(ports_.statistics.not_finite);
   const bool too_long = stopping_ && now_ns - stop_asked_ns_ > options_.stop_ns;
   if (!ramping_ && (!finite || too_long)) {
     ramping_ = true;
     ramp_start_ns_ = now_ns;
-    ramp_from_n_ = command_.force_n;
+    ramp_from_ = command_;
   }
   if (!ramping_) {
     command_ = wanted;
     return;
   }
   const double done = double(now_ns - ramp_start_ns_) / double(options_.ramp_ns);
-  command_.force_n = done >= 0.0 && done < 1.0 ? ramp_from_n_ * (1.0 - done) : glm::dvec3(0.0);
+  const double left = done >= 0.0 && done < 1.0 ? 1.0 - done : 0.0;
+  command_.force_n = ramp_from_.force_n * left;
+  command_.torque_n_m = ramp_from_.torque_n_m * left;
   command_.in_contact = false;
   // The tick is trusted again once it asks for zero by itself.
   if (!stopping_ && wanted.force_n == glm::dvec3(0.0) && done >= 1.0) ramping_ = false;
@@ -170,10 +172,13 @@ bool ServoLoop::is_over() noexcept {
 
 void ServoLoop::ramp_down_now() noexcept {
   if (in_device_.load()) return;
-  const glm::dvec3 from_n = is_finite(command_.force_n) ? command_.force_n : glm::dvec3(0.0);
+  const auto finite = [](glm::dvec3 v) { return is_finite(v) ? v : glm::dvec3(0.0); };
+  const glm::dvec3 from_n = finite(command_.force_n), from_n_m = finite(command_.torque_n_m);
   const auto steps = int(std::max<int64_t>(1, options_.ramp_ns / 1'000'000));
   for (int step = 1; step <= steps + 2; ++step) {
-    command_.force_n = from_n * std::max(0.0, 1.0 - double(step) / double(steps));
+    const double left = std::max(0.0, 1.0 - double(step) / double(steps));
+    command_.force_n = from_n * left;
+    command_.torque_n_m = from_n_m * left;
     device_.exchange(command_);
     clock_.sleep_until(clock_.now_ns() + 1'000'000);
   }

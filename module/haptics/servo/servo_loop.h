@@ -121,7 +121,7 @@ class ServoLoop {
 
   int64_t stop_asked_ns_ = 0, ramp_start_ns_ = 0;
   bool stopping_ = false, ramping_ = false;
-  glm::dvec3 ramp_from_n_{0.0};
+  DeviceCommand ramp_from_;
   int zeros_ = 0;
   std::atomic<bool> in_device_{false};
 };

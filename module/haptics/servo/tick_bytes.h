@@ -81,7 +81,7 @@ struct FieldDecoder {
 };
 
 inline constexpr std::string_view kRecordingMagic{"palpate-ticks\r\n\x1a", 16};
-inline constexpr uint32_t kRecordingVersion = 2;
+inline constexpr uint32_t kRecordingVersion = 3;
 inline constexpr uint32_t kOldestRecording = 1;  ///< without how the grip is held
 inline constexpr size_t kLongestScene = 1 << 20;
 
@@ -102,6 +102,7 @@ inline void encode_tick(const TickInput& input, const TickOutput& output, std::s
   for (int k = 0; k < input.event_count; ++k) visit_event(input.events[size_t(k)], encoder);
   visit_grip(input.reading.grip, encoder);
   visit_output(output, encoder);
+  visit_torque(output, encoder);
 }
 
 /// Decodes what follows the 'T' in a recording of this version. False if it is cut off or has
@@ -119,6 +120,7 @@ inline bool decode_tick(FieldDecoder& decoder, uint32_t version, TickInput& inpu
   for (int k = 0; k < input.event_count; ++k) visit_event(input.events[size_t(k)], decoder);
   if (version >= 2) visit_grip(input.reading.grip, decoder);
   visit_output(output, decoder);
+  if (version >= 3) visit_torque(output, decoder);
   return decoder.good && decoder.possible;
 }
 

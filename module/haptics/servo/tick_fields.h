@@ -50,6 +50,13 @@ void visit_grip(Grip& grip, Visit&& visit) {
   if (grip.opens) visit("grip_opening", "rad", grip.opening_rad);
 }
 
+/// The torque on the grip. Since version 3 of the recording.
+template <class Output, class Visit>
+void visit_torque(Output& output, Visit&& visit) {
+  visit("torque", "N m", output.command.torque_n_m);
+}
+
+/// All but the torque.
 template <class Output, class Visit>
 void visit_output(Output& output, Visit&& visit) {
   visit("force", "N", output.command.force_n);

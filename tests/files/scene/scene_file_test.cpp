@@ -60,6 +60,7 @@ void expect_same(const SceneSpec& a, const SceneSpec& b) {
   EXPECT_EQ(a.damping_n_s_per_m, b.damping_n_s_per_m);
   EXPECT_EQ(a.max_force_n, b.max_force_n);
   EXPECT_EQ(a.tool_radius_m, b.tool_radius_m);
+  EXPECT_EQ(a.tool_points, b.tool_points);
   expect_same(a.world_from_device, b.world_from_device);
   ASSERT_EQ(a.volumes.size(), b.volumes.size());
   for (size_t k = 0; k < a.volumes.size(); ++k) {
@@ -123,7 +124,7 @@ void expect_same(const SceneSpec& a, const SceneSpec& b) {
 
 /// A scene that contains every object of the format, with no value at its default.
 const char* const kEverything = R"({
-  "stiffness_n_per_m": 700.5, "damping_n_s_per_m": 0.1, "max_force_n": 3.5, "tool_radius_m": 0.0025,
+  "stiffness_n_per_m": 700.5, "damping_n_s_per_m": 0.1, "max_force_n": 3.5, "tool_radius_m": 0.0025, "tool_points": 3,
   "world_from_device": {"translation_m": [0.1, 0.2, 0.3], "rotation": {"axis": [1, 2, 3], "degrees": 33}, "scale": 2},
   "volumes": [
     {"name": "a", "files": ["x.nrrd", "sub/y.nrrd", "/absolute/z.nrrd"],
@@ -188,6 +189,7 @@ TEST(SceneFile, ReadsEveryKey) {
   EXPECT_EQ(s.damping_n_s_per_m, 0.1);
   EXPECT_EQ(s.max_force_n, 3.5);
   EXPECT_EQ(s.tool_radius_m, 0.0025);
+  EXPECT_EQ(s.tool_points, 3);
   EXPECT_EQ(s.world_from_device.translation_m, glm::dvec3(0.1, 0.2, 0.3));
   EXPECT_EQ(s.world_from_device.scale, glm::dvec3(2.0));
   EXPECT_NEAR(glm::angle(s.world_from_device.rotation), glm::radians(33.0), 1e-14);

@@ -26,6 +26,14 @@ long double spring(double k, glm::dvec3 x, glm::dvec3 p) {
   return 0.5L * k * (a * a + b * b + c * c);
 }
 
+/// Of a tool with one spring: where the proxy may go.
+glm::dvec3 limit(EnergyTank& tank, glm::dvec3 from, glm::dvec3 to, glm::dvec3 probe,
+                 double stiffness_n_per_m, double dt_s) {
+  SpringMove spring{from, to, probe};
+  tank.limit({&spring, 1}, stiffness_n_per_m, dt_s);
+  return spring.to;
+}
+
 EnergyTankOptions options(double capacity_j, double allowance_w, double share) {
   EnergyTankOptions o;
   o.capacity_j = capacity_j;
@@ -37,7 +45,7 @@ EnergyTankOptions options(double capacity_j, double allowance_w, double share) {
 TEST(EnergyTank, LetsPassWhatItCanPayAndBooksIt) {
   EnergyTank tank(options(0.1, 0.0, 0.0));
   // 600 N/m stretched from 0 to 10 mm: 30 mJ.
-  const glm::dvec3 x = tank.limit({0, 0, 0}, {0.01, 0, 0}, {0, 0, 0}, 600.0, 1e-3);
+  const glm::dvec3 x = limit(tank, {0, 0, 0}, {0.01, 0, 0}, {0, 0, 0}, 600.0, 1e-3);
   EXPECT_EQ(x, glm::dvec3(0.01, 0, 0));
   EXPECT_FALSE(tank.slipped());
   EXPECT_NEAR(tank.last_j(), 0.03, kRounding);
@@ -48,7 +56,7 @@ TEST(EnergyTank, LetsPassWhatItCanPayAndBooksIt) {
 TEST(EnergyTank, GivesTheLargestShareThatItCanPay) {
   EnergyTank tank(options(0.03, 0.0, 0.0));
   // 600 N/m to 20 mm would cost 120 mJ; 30 mJ are enough for half the way.
-  const glm::dvec3 x = tank.limit({0, 0, 0}, {0.02, 0, 0}, {0, 0, 0}, 600.0, 1e-3);
+  const glm::dvec3 x = limit(tank, {0, 0, 0}, {0.02, 0, 0}, {0, 0, 0}, 600.0, 1e-3);
   EXPECT_NEAR(x.x, 0.01, kRounding);
   EXPECT_TRUE(tank.slipped());
   EXPECT_NEAR(tank.energy_j(), 0.0, kRounding);
@@ -59,12 +67,12 @@ TEST(EnergyTank, GivesTheLargestShareThatItCanPay) {
 TEST(EnergyTank, HoldsTheSurfaceWhereItIsWhenEmpty) {
   EnergyTank tank(options(0.0, 0.0, 0.0));
   const glm::dvec3 x_prev(0.002, 0.001, 0), probe(0, 0, 0);
-  EXPECT_EQ(tank.limit(x_prev, {0.004, 0.002, 0}, probe, 1000.0, 1e-3), x_prev);
+  EXPECT_EQ(limit(tank, x_prev, {0.004, 0.002, 0}, probe, 1000.0, 1e-3), x_prev);
   // Along a circle about the probe the motion costs no energy; away from the probe it does.
   const glm::dvec3 round(-0.001, 0.002, 0);
-  EXPECT_EQ(tank.limit(x_prev, round, probe, 1000.0, 1e-3), round);
+  EXPECT_EQ(limit(tank, x_prev, round, probe, 1000.0, 1e-3), round);
   // A way that enters the sphere and leaves it again is cut where it leaves.
-  const glm::dvec3 out = tank.limit({0.002, 0, 0}, {-0.006, 0, 0}, probe, 1000.0, 1e-3);
+  const glm::dvec3 out = limit(tank, {0.002, 0, 0}, {-0.006, 0, 0}, probe, 1000.0, 1e-3);
   EXPECT_NEAR(out.x, -0.002, kRounding);
   EXPECT_EQ(out.y, 0.0);
 }
@@ -73,16 +81,16 @@ TEST(EnergyTank, IsChargedByTheAllowanceUpToItsCapacity) {
   EnergyTank tank(options(0.01, 0.05, 0.0));
   const glm::dvec3 o(0.0);
   // Would cost 50 mJ: empties the tank.
-  tank.limit(o, {0.01, 0, 0}, o, 1000.0, 1e-9);
+  limit(tank, o, {0.01, 0, 0}, o, 1000.0, 1e-9);
   EXPECT_NEAR(tank.energy_j(), 0.0, kRounding);
-  for (int i = 0; i < 100; ++i) tank.limit(o, o, o, 1000.0, 1e-3);
+  for (int i = 0; i < 100; ++i) limit(tank, o, o, o, 1000.0, 1e-3);
   // 50 mW for 0.1 s, less the nanosecond above.
   EXPECT_NEAR(tank.energy_j(), 0.005, 1e-9);
-  for (int i = 0; i < 1000; ++i) tank.limit(o, o, o, 1000.0, 1e-3);
+  for (int i = 0; i < 1000; ++i) limit(tank, o, o, o, 1000.0, 1e-3);
   EXPECT_DOUBLE_EQ(tank.energy_j(), 0.01);
   for (double dt : {0.0, -1.0, kNan, kInf}) {
     const double before = tank.energy_j();
-    tank.limit(o, {1e-4, 0, 0}, o, 1000.0, dt);  // 5 uJ
+    limit(tank, o, {1e-4, 0, 0}, o, 1000.0, dt);  // 5 uJ
     EXPECT_NEAR(tank.energy_j(), before - 5e-6, kRounding) << dt;
   }
 }
@@ -91,8 +99,8 @@ TEST(EnergyTank, IsChargedByItsShareOfWhatYielded) {
   for (double share : {0.0, 0.3, 1.0}) {
     EnergyTank tank(options(1.0, 0.0, share));
     const glm::dvec3 o(0.0);
-    tank.limit(o, {0.02, 0, 0}, o, 1000.0, 1e-3);             // 200 mJ in
-    tank.limit({0.02, 0, 0}, {0.01, 0, 0}, o, 1000.0, 1e-3);  // 150 mJ out
+    limit(tank, o, {0.02, 0, 0}, o, 1000.0, 1e-3);             // 200 mJ in
+    limit(tank, {0.02, 0, 0}, {0.01, 0, 0}, o, 1000.0, 1e-3);  // 150 mJ out
     EXPECT_NEAR(tank.energy_j(), 0.8 + share * 0.15, kRounding) << share;
     EXPECT_NEAR(tank.ledger().dissipated_j, 0.15, kRounding);
     EXPECT_NEAR(tank.ledger().charged_j, share * 0.15, kRounding);
@@ -103,14 +111,14 @@ TEST(EnergyTank, ChargesNothingInFreeMotion) {
   // The proxy follows the probe: the "loss" of each frame comes from sampling, not from the hand.
   EnergyTank tank(options(0.05, 0.0, 1.0));
   const glm::dvec3 o(0.0);
-  tank.limit(o, {0.02, 0, 0}, o, 1000.0, 1e-3);
+  limit(tank, o, {0.02, 0, 0}, o, 1000.0, 1e-3);
   ASSERT_LT(tank.energy_j(), kRounding);
   tank.restart();
   glm::dvec3 x(0.0);
   Random random(3);
   for (int i = 0; i < 10000; ++i) {
     const glm::dvec3 probe = x + random.vector(1e-3);
-    ASSERT_EQ(tank.limit(x, probe, probe, 1000.0, 1e-3), probe);
+    ASSERT_EQ(limit(tank, x, probe, probe, 1000.0, 1e-3), probe);
     x = probe;
   }
   EXPECT_LT(tank.energy_j(), kRounding);
@@ -125,7 +133,7 @@ TEST(EnergyTank, LeavesAStillSceneAlone) {
   const glm::dvec3 wall(0.01, 0.02, 0.03);
   Random random(4);
   for (int i = 0; i < 1000; ++i)
-    ASSERT_EQ(tank.limit(wall, wall, wall + random.vector(0.01), 800.0, 1e-3), wall);
+    ASSERT_EQ(limit(tank, wall, wall, wall + random.vector(0.01), 800.0, 1e-3), wall);
   EXPECT_EQ(tank.energy_j(), 0.1);
   EXPECT_EQ(tank.ledger().put_in_j, 0.0);
   EXPECT_EQ(tank.ledger().dissipated_j, 0.0);
@@ -135,28 +143,28 @@ TEST(EnergyTank, LeavesAStillSceneAlone) {
 TEST(EnergyTank, BooksAChangeOfStiffness) {
   EnergyTank tank(options(0.1, 0.0, 1.0));
   const glm::dvec3 x(0.01, 0, 0), o(0.0);
-  tank.limit(x, x, o, 400.0, 1e-3);
+  limit(tank, x, x, o, 400.0, 1e-3);
   // Half of 600 N/m more, times (10 mm)^2: 30 mJ.
-  EXPECT_EQ(tank.limit(x, x, o, 1000.0, 1e-3), x);
+  EXPECT_EQ(limit(tank, x, x, o, 1000.0, 1e-3), x);
   EXPECT_NEAR(tank.last_j(), 0.03, kRounding);
   EXPECT_NEAR(tank.energy_j(), 0.07, kRounding);
-  tank.limit(x, x, o, 400.0, 1e-3);
+  limit(tank, x, x, o, 400.0, 1e-3);
   EXPECT_NEAR(tank.energy_j(), 0.1, kRounding);
 }
 
 TEST(EnergyTank, DrawsTheProxyInWhereAStifferSpringCanNotBePaid) {
   EnergyTank tank(options(0.0, 0.0, 0.0));
   const glm::dvec3 x(0.01, 0, 0), o(0.0);
-  tank.limit(x, x, o, 400.0, 1e-3);
+  limit(tank, x, x, o, 400.0, 1e-3);
   // Equal energy in a spring of four times the stiffness: half the stretch.
-  EXPECT_NEAR(tank.limit(x, x, o, 1600.0, 1e-3).x, 0.005, kRounding);
+  EXPECT_NEAR(limit(tank, x, x, o, 1600.0, 1e-3).x, 0.005, kRounding);
   EXPECT_NEAR(tank.last_j(), 0.0, kRounding);
   // A way that is outside all along, and one that would enter only beyond its end, do not change
   // this.
   for (const glm::dvec3 to : {glm::dvec3(0.01, 0.005, 0), glm::dvec3(0.0099, 0, 0)}) {
     EnergyTank other(options(0.0, 0.0, 0.0));
-    other.limit(x, x, o, 400.0, 1e-3);
-    EXPECT_NEAR(other.limit(x, to, o, 1600.0, 1e-3).x, 0.005, kRounding);
+    limit(other, x, x, o, 400.0, 1e-3);
+    EXPECT_NEAR(limit(other, x, to, o, 1600.0, 1e-3).x, 0.005, kRounding);
   }
 }
 
@@ -164,14 +172,14 @@ TEST(EnergyTank, HoldsWhatItGetsWhenSomethingIsNotFinite) {
   const glm::dvec3 x(0.01, 0, 0), y(0.02, 0, 0), o(0.0);
   for (double bad : {kNan, kInf, -kInf}) {
     EnergyTank tank;
-    EXPECT_EQ(tank.limit(x, {bad, 0, 0}, o, 600.0, 1e-3), x);
-    EXPECT_EQ(tank.limit(x, y, {0, bad, 0}, 600.0, 1e-3), x);
-    EXPECT_EQ(tank.limit(x, y, o, bad, 1e-3), x);
-    EXPECT_EQ(tank.limit(x, y, o, 0.0, 1e-3), x);
-    EXPECT_EQ(tank.limit(x, {1e200, 0, 0}, o, 600.0, 1e-3), x);
+    EXPECT_EQ(limit(tank, x, {bad, 0, 0}, o, 600.0, 1e-3), x);
+    EXPECT_EQ(limit(tank, x, y, {0, bad, 0}, 600.0, 1e-3), x);
+    EXPECT_EQ(limit(tank, x, y, o, bad, 1e-3), x);
+    EXPECT_EQ(limit(tank, x, y, o, 0.0, 1e-3), x);
+    EXPECT_EQ(limit(tank, x, {1e200, 0, 0}, o, 600.0, 1e-3), x);
     EXPECT_EQ(tank.energy_j(), EnergyTankOptions{}.capacity_j);
     EXPECT_EQ(tank.ledger().put_in_j, 0.0);
-    EXPECT_EQ(tank.limit(x, x, o, 600.0, 1e-3), x);
+    EXPECT_EQ(limit(tank, x, x, o, 600.0, 1e-3), x);
   }
   EXPECT_EQ(EnergyTank(options(kNan, -1.0, kInf)).energy_j(), 0.0);
 }
@@ -205,7 +213,7 @@ TEST(EnergyTank, NeverPaysMoreThanItGot) {
       run.hand();
       const double old_k = run.k;
       const glm::dvec3 want = run.scene();
-      const glm::dvec3 got = tank.limit(run.x, want, run.probe, run.k, 1e-3);
+      const glm::dvec3 got = limit(tank, run.x, want, run.probe, run.k, 1e-3);
       const long double joule =
           spring(run.k, got, run.probe) - spring(frame == 0 ? run.k : old_k, run.x, run.probe);
       put_in += joule > 0.0L ? joule : 0.0L;
@@ -241,7 +249,7 @@ TEST(EnergyTank, RefusesNoMoreThanItMust) {
       run.hand();
       const double old_k = run.k;
       const glm::dvec3 want = run.scene();
-      const glm::dvec3 got = tank.limit(run.x, want, run.probe, run.k, 1e-3);
+      const glm::dvec3 got = limit(tank, run.x, want, run.probe, run.k, 1e-3);
       if (tank.slipped() && run.k == old_k) {
         ++slips;
         ASSERT_NEAR(tank.energy_j(), 0.0, kRounding) << "seed " << seed << " frame " << frame;
@@ -269,7 +277,7 @@ TEST(EnergyTank, LedgerBalancesWithTheWorkDoneOnTheHand) {
       for (int a = 0; a < 3; ++a) work += (long double)(force[a]) * moved[a];
       last = run.probe;
       const glm::dvec3 want = run.scene();
-      run.x = tank.limit(run.x, want, run.probe, run.k, 1e-3);
+      run.x = limit(tank, run.x, want, run.probe, run.k, 1e-3);
       allowed += 0.05 * 1e-3;
       force = run.k * (run.x - run.probe);
     }

@@ -53,6 +53,8 @@ std::unique_ptr<HapticRun> ledger_scene(Random& random) {
     spec.volumes[0].drive.amplitude_m = random.draw(0.0, 0.006);
     spec.volumes[0].path = PosePath::kExact;
   }
+  spec.tool_points = int(random.draw(1.0, kMostToolPoints + 0.999));
+  spec.tool_radius_m = spec.tool_points > 1 || random.draw(0.0, 1.0) < 0.3 ? 0.004 : 0.0;
   static const auto kBeats = shell(6, 12.0), kStill = shell(1, 1.0);
   return Haptics::prepare(*plan(spec, {beats ? kBeats : kStill}));
 }
@@ -97,6 +99,9 @@ TEST(ForceLedger, ExplainsEveryNewtonOfRandomScenesHandsAndFaults) {
       input.reading.position_m =
           one_in(3000.0) ? glm::dvec3(std::nan("")) : x_m + glm::dvec3(tremor_m);
       input.reading.time_ns = input.now_ns;
+      input.reading.grip.turns = !one_in(50.0);
+      input.reading.grip.device_from_grip =
+          glm::angleAxis(std::sin(3e-3 * ms), glm::dvec3(0.6, 0.0, 0.8));
 
       const TickOutput out = haptics.tick(input);
       const std::string where = "seed " + std::to_string(seed) + ", tick " + std::to_string(ms);

@@ -217,12 +217,12 @@ TEST(ForceLimits, BridgeLeadsToAnotherSceneAtItsOwnRateAlsoAfterASuddenChange) {
   frame.dt_s = kTick_s;
   frame.felt_n = {1.0, 0.0, 0.0};
   const glm::dvec3 sudden = bridge.step(frame, nullptr);
-  ASSERT_TRUE(bridge.is_felt());
+  ASSERT_TRUE(bridge.is_sudden());
   ASSERT_NEAR(sudden.x, 1.0 - kSudden_n_per_s * kTick_s, kRounding_n);
   bridge.exchange(sudden, glm::dvec3(0.0));
   frame.felt_n = sudden;
   EXPECT_NEAR(bridge.step(frame, nullptr).x, sudden.x - kExchange_n_per_s * kTick_s, kRounding_n);
-  EXPECT_FALSE(bridge.is_felt());
+  EXPECT_FALSE(bridge.is_sudden());
 }
 
 TEST(ForceLimits, BridgeOwnsASceneThatIsTakenAway) {
@@ -262,7 +262,7 @@ ForceBridge::BridgeFrame frame_of(double spring_n, double felt_n, double step_m)
   ForceBridge::BridgeFrame frame;
   frame.spring_n = {spring_n, 0.0, 0.0};
   frame.felt_n = {felt_n, 0.0, 0.0};
-  frame.step_m = {step_m, 0.0, 0.0};
+  frame.step_m = frame.worked_m = {step_m, 0.0, 0.0};
   frame.stiffness_n_per_m = kStiffness;
   frame.dt_s = kTick_s;
   return frame;

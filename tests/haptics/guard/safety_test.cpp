@@ -476,5 +476,78 @@ TEST(Safety, TakesItsDefaultsForOptionsThatMakeNoSense) {
   EXPECT_EQ(hand.newton(), 0.0);
 }
 
+// ---- Torque
+
+TEST(Torque, PassesTheLimitsOfAForceAtTheEndOfItsLever) {
+  constexpr double kLever_m = 0.01;
+  DeviceInfo device = test::test_device();
+  device.max_torque_n_m = 0.03;
+  for (const bool gives : {false, true}) {
+    SCOPED_TRACE(gives);
+    GuardedHand hand({}, gives ? device : test::test_device());
+    hand.input.lever_m = kLever_m;
+    double most_n_m = 0.0, step_n_m = 0.0;
+    const auto steps = [&](int count) {
+      for (int k = 0; k < count; ++k) {
+        const glm::dvec3 before = hand.out.torque_n_m;
+        hand.step();
+        step_n_m = std::max(step_n_m, glm::distance(hand.out.torque_n_m, before));
+        most_n_m = std::max(most_n_m, glm::length(hand.out.torque_n_m));
+      }
+    };
+    hand.steps(3);
+    // The start ramp.
+    hand.input.wanted_n = {2.0, 0, 0};
+    hand.input.wanted_torque_n_m = {0, 0.02, 0};
+    steps(1000);
+    EXPECT_NEAR(hand.out.torque_n_m.y, 0.01, kRounding);
+    steps(1100);
+    EXPECT_NEAR(hand.out.torque_n_m.y, 0.02, kRounding);
+    // Magnitude: that of a force at the lever, and of the device.
+    hand.input.wanted_torque_n_m = {0, 0, -5.0};
+    steps(100);
+    const double limit_n_m =
+        gives ? device.max_torque_n_m : kLever_m * hand.safety.options().max_force_n;
+    EXPECT_NEAR(hand.out.torque_n_m.z, -limit_n_m, kRounding);
+    // The off ramp, from there to zero with the force.
+    hand.input.late = true;
+    steps(1);
+    hand.input.late = false;
+    EXPECT_LT(glm::length(hand.out.torque_n_m), limit_n_m);
+    steps(30);
+    EXPECT_EQ(hand.out.torque_n_m, glm::dvec3(0.0));
+    EXPECT_EQ(hand.out.force_n, glm::dvec3(0.0));
+    EXPECT_LE(most_n_m, limit_n_m + kRounding);
+    EXPECT_LE(step_n_m, kLever_m * hand.safety.options().max_slew_n_per_s * 1e-3 + kRounding);
+  }
+}
+
+TEST(Torque, ThatIsNotFiniteEndsTheForce) {
+  GuardedHand hand;
+  hand.input.lever_m = 0.01;
+  hand.steps(2100);
+  hand.input.wanted_torque_n_m = {0, kNan, 0};
+  hand.step();
+  EXPECT_EQ(hand.out.cause, Cause::kNotFinite);
+  EXPECT_TRUE(is_finite(hand.out.torque_n_m));
+}
+
+TEST(Torque, DoesWorkOnAHandThatTurns) {
+  DeviceInfo device = test::test_device();
+  device.max_torque_n_m = 0.1;
+  for (const bool gives : {false, true}) {
+    GuardedHand hand({}, gives ? device : test::test_device());
+    hand.input.lever_m = 0.01;
+    hand.input.reading.grip.turns = true;
+    hand.steps(2100);
+    hand.input.wanted_torque_n_m = {0, 0.02, 0};
+    hand.steps(100);
+    hand.input.reading.grip.angular_velocity_rad_per_s = {0, 2.0, 0};
+    const double before_j = hand.out.work_j;
+    hand.steps(100);
+    EXPECT_NEAR(hand.out.work_j - before_j, gives ? 0.1 * 2.0 * 0.02 : 0.0, 1e-6);
+  }
+}
+
 }  // namespace
 }  // namespace palpate

@@ -129,7 +129,7 @@ TEST(RoughFields, NeverMoveThePointUnflaggedNorJumpTheForce) {
       held |= out.frozen;
       if (out.frozen || out.first.frame == 3) continue;
       // The motion is not cyclic, so no closing term is added: the position is x + g u(x).
-      const glm::dvec3 x = hand.haptics.run()->carriers[0].carrier->material();
+      const glm::dvec3 x = hand.haptics.run()->points[0].carriers[0].carrier->material();
       const MotionMap& map = *data->motions[0].steps[size_t(out.first.frame)];
       const double miss =
           glm::length(x + out.first.phase * map.displacement(x) - out.proxy_m) / map.cell_m();

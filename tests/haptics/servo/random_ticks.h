@@ -36,6 +36,7 @@ inline void random_tick(std::mt19937_64& random, TickInput& input, TickOutput& o
   for (int k = 0; k < input.event_count; ++k) visit_event(input.events[size_t(k)], fields);
   visit_grip(input.reading.grip, fields);
   visit_output(output, fields);
+  visit_torque(output, fields);
 }
 
 }  // namespace palpate::test

@@ -82,8 +82,8 @@ TEST_F(RecordingFile, GivesBackEveryBitOfEveryTick) {
   }
 }
 
-// Version 1, from before the grip was kept, byte by byte as it was written.
-TEST_F(RecordingFile, OfTheFirstVersionIsReadWithoutAGrip) {
+// Version 1, from before grip and torque were kept, byte by byte as it was written.
+TEST_F(RecordingFile, OfTheFirstVersionIsReadWithoutGripAndTorque) {
   std::string whole(kRecordingMagic);
   FieldEncoder encoder{whole};
   encoder.whole(uint32_t(1));
@@ -104,6 +104,7 @@ TEST_F(RecordingFile, OfTheFirstVersionIsReadWithoutAGrip) {
     for (int e = 0; e < input.event_count; ++e) visit_event(input.events[size_t(e)], encoder);
     visit_output(output, encoder);
     input.reading.grip = {};
+    output.command.torque_n_m = {};
     encode_tick(input, output, ticks.emplace_back());
   }
   whole += 'E';
@@ -205,8 +206,8 @@ TEST_F(RecordingFile, SaysWhatIsWrongWithForeignAndOtherVersions) {
   write_random(9, 1);
   EXPECT_THAT(sentence("NRRD0004\ntype: short\n"), HasSubstr("no recording of palpate"));
   std::string newer = bytes();
-  newer[kRecordingMagic.size()] = 3;
-  EXPECT_THAT(sentence(newer), HasSubstr("version 3, this program reads 1 to 2"));
+  newer[kRecordingMagic.size()] = 4;
+  EXPECT_THAT(sentence(newer), HasSubstr("version 4, this program reads 1 to 3"));
   const auto missing = Recording::read(folder_ / "none");
   ASSERT_FALSE(missing);
   EXPECT_THAT(missing.error().message, HasSubstr("no such file"));

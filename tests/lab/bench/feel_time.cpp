@@ -64,10 +64,19 @@ std::vector<std::shared_ptr<const MovingVolume>> data_for(int volumes, Moves mov
   return {size_t(volumes), heart_volume(moves != Moves::kBoth)};
 }
 
-Contestant ours(std::string name, int volumes, int modes_of_each, Moves moves) {
+/// A ball of 3 mm, or a pad of several points.
+struct Tool {
+  double radius_m = 0.0;
+  int points = 1;
+};
+
+Contestant ours(std::string name, int volumes, int modes_of_each, Moves moves, Tool tool = {}) {
   const auto made = [&]() -> Tick {
-    const auto loop = std::make_shared<stability::Hand>(hearts_spec(volumes, modes_of_each, moves),
-                                                        data_for(volumes, moves), HapticsOptions{});
+    SceneSpec spec = hearts_spec(volumes, modes_of_each, moves);
+    spec.tool_radius_m = tool.radius_m;
+    spec.tool_points = tool.points;
+    const auto loop =
+        std::make_shared<stability::Hand>(spec, data_for(volumes, moves), HapticsOptions{});
     return [loop](const TickInput& in) { return loop->haptics.tick(in); };
   };
   return {std::move(name), {made(), made()}, HeartHand(volumes, moves)};
@@ -263,6 +272,13 @@ Findings time_rows(const FeelBench& bench) {
   contestants.push_back(papers("the paper's loop, static", Moves::kNothing));
   contestants.push_back(papers("the paper's loop, dynamic transforms", Moves::kTransform));
   contestants.push_back(papers("the paper's loop, transforms and moving data", Moves::kBoth));
+  for (const auto& [of, moves] : {std::pair("static", Moves::kNothing),
+                                  std::pair("transforms and moving data", Moves::kBoth)}) {
+    contestants.push_back(ours(fmt::format("{}, a ball of 3 mm", of), 1, 1, moves, {0.003, 1}));
+    for (const int points : {3, 5})
+      contestants.push_back(
+          ours(fmt::format("{}, a pad of {} points", of, points), 1, 1, moves, {0.006, points}));
+  }
   ServoReport report;
   const int64_t frames = bench.part(500'000);
   std::thread([&] {

@@ -185,7 +185,7 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
 
     // The change of the force.
     const double change_n = glm::length(felt_now.wanted_n - last_wanted_n);
-    const glm::dvec3 carried = haptics.run()->carriers[0].carried_m;
+    const glm::dvec3 carried = haptics.run()->points[0].carriers[0].carried_m;
     const double by_hand_n =
         haptics.run()->stiffness_n_per_m * glm::length(carried - (felt_now.probe_m - last_probe));
     if (tick > 0) {

@@ -20,7 +20,7 @@ std::shared_ptr<const Scene> assembled(const SceneSpec& spec,
 TickOutput PaperLoop::tick(const TickInput& input) noexcept {
   TickOutput out;
   const glm::dvec3 probe = input.reading.position_m;
-  if (!started_) run_.place_proxy(probe);
+  if (!started_) run_.points[0].place_proxy(probe);
   started_ = true;
   run_.time_s += input.dt_s;
   for (int p = 0; p < input.pose_count; ++p)
@@ -39,12 +39,13 @@ TickOutput PaperLoop::tick(const TickInput& input) noexcept {
     volume.crossed = volume.playback.crossed();
   }
   placed_.set.clear();
-  for (CarrierRun& carrier : run_.carriers) carrier.carrier->carry();
+  for (CarrierRun& carrier : run_.points[0].carriers) carrier.carrier->carry();
   for (const SceneMode& mode : run_.scene->modes)
-    run_.carriers[size_t(mode.carrier)].carrier->place(mode, probe, input.dt_s, 1.0, 1e9, placed_);
+    run_.points[0].carriers[size_t(mode.carrier)].carrier->place(mode, probe, input.dt_s, 1.0, 1e9,
+                                                                 placed_);
   out.proxy_m = balance(placed_.set, probe, run_.stiffness_n_per_m).proxy;
   // If the fixed point does not converge, the paper continues with the better guess.
-  for (CarrierRun& carrier : run_.carriers) carrier.carrier->go_to(out.proxy_m);
+  for (CarrierRun& carrier : run_.points[0].carriers) carrier.carrier->go_to(out.proxy_m);
   out.primitives = uint8_t(placed_.set.count());
   out.probe_m = probe;
   out.wanted_n = run_.stiffness_n_per_m * (out.proxy_m - probe);

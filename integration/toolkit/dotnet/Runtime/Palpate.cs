@@ -257,6 +257,7 @@ namespace Palpate
         internal uint reserved;
         public PalStateLimiters Limiters;
         public PalVector Shaft;
+        public PalVector TorqueNM;
         /// <summary>Why the force is not the scene's, as a word ("late"), or "".</summary>
         public string Cause => Text.Static(cause);
         public string CauseSentence => Text.Static(causeSentence);
@@ -313,6 +314,9 @@ namespace Palpate
     public delegate void PalExchange(PalVector force_n, ref PalReading reading);
     /// <summary>How the grip is held, after each exchange. An exception counts as in PalExchange.</summary>
     public delegate void PalGripRead(ref PalGrip grip);
+    /// <summary>Before each exchange: the torque on the grip, N m, that belongs to its force; at most Info.MaxTorqueNM, which must be above
+    /// 0. An exception counts as in PalExchange.</summary>
+    public delegate void PalTorqueSend(PalVector torque_n_m);
 
     // ---- descriptions: what a constructor takes; 0, null and false: the library chooses ----
 
@@ -393,7 +397,7 @@ namespace Palpate
         public string Name;
         public double MaxForceN, MaxStiffnessNPerM;
         public PalVector WorkspaceCentreM;
-        public double WorkspaceRadiusM, ResolutionM, DelayS, ContinuousForceN;
+        public double WorkspaceRadiusM, ResolutionM, DelayS, ContinuousForceN, MaxTorqueNM;
     }
 
     /// <summary>A force device of the host, for a haptic thread of palpate's.</summary>
@@ -402,6 +406,7 @@ namespace Palpate
         public PalDeviceInfo Info;
         public PalExchange Exchange;
         public PalGripRead Grip;
+        public PalTorqueSend Torque;
     }
 
     public sealed class PalSessionInfo
@@ -868,6 +873,7 @@ namespace Palpate
                 target = CallbackTarget.Add(new CallbackTarget
                 {
                     OnEvent = info.OnEvent, Exchange = info.Device?.Exchange, GripRead = info.Device?.Grip,
+                    TorqueSend = info.Device?.Torque,
                     Log = scene.Context?.target?.Log
                 });
                 if (info.OnEvent != null)
@@ -880,7 +886,8 @@ namespace Palpate
                     {
                         Size = Native.SizeOf<Native.PalDevice>(), Info = Raw(info.Device.Info, memory), User = target.User,
                         Exchange = info.Device.Exchange != null ? CallbackTarget.ExchangeAddress : IntPtr.Zero,
-                        Grip = info.Device.Grip != null ? CallbackTarget.GripAddress : IntPtr.Zero
+                        Grip = info.Device.Grip != null ? CallbackTarget.GripAddress : IntPtr.Zero,
+                        Torque = info.Device.Torque != null ? CallbackTarget.TorqueAddress : IntPtr.Zero
                     });
                 Open((out IntPtr opened) => Native.pal_session_open(scene, ref raw, out opened));
             }
@@ -891,7 +898,8 @@ namespace Palpate
             Size = Native.SizeOf<Native.PalDeviceInfo>(), Name = memory.Utf8(info.Name), MaxForceN = info.MaxForceN,
             MaxStiffnessNPerM = info.MaxStiffnessNPerM, WorkspaceCentreM = info.WorkspaceCentreM,
             WorkspaceRadiusM = info.WorkspaceRadiusM, ResolutionM = info.ResolutionM, DelayS = info.DelayS,
-            ContinuousForceN = info.ContinuousForceN
+            ContinuousForceN = info.ContinuousForceN,
+            MaxTorqueNM = info.MaxTorqueNM
         });
 
         /// <summary>One haptic frame of a host that ticks (PalSessionFlags.HostTicks): the force on the hand, N, device space. Call it
@@ -903,6 +911,16 @@ namespace Palpate
             var result = Native.pal_haptics_tick(this, ref tick, ref force_n);
             if (result < 0) Native.Check(result);
             return force_n;
+        }
+
+        /// <summary>The torque that belongs to the force of the last tick, N m, about the grip's position, device space; zero unless the
+        /// tool has several points. On the thread of the ticks. No allocation, no lock.</summary>
+        public PalVector Torque()
+        {
+            var torque_n_m = new PalVector();
+            var result = Native.pal_haptics_torque(this, ref torque_n_m);
+            if (result < 0) Native.Check(result);
+            return torque_n_m;
         }
 
         /// <summary>How the grip is held from the next tick on; on the thread of the ticks. No allocation, no lock.</summary>
@@ -1067,6 +1085,8 @@ namespace Palpate
         internal PalOnEvent OnEvent;
         internal PalExchange Exchange;
         internal PalGripRead GripRead;
+        internal PalTorqueSend TorqueSend;
+        volatile bool torque_failed;
         internal WeakReference<PalEstimator> Estimator;
         internal volatile Exception Thrown;
         long key;
@@ -1103,11 +1123,13 @@ namespace Palpate
         static readonly Native.EventCallback happened = CallEvent;
         static readonly Native.ExchangeCallback exchange = CallExchange;
         static readonly Native.GripCallback grip_read = CallGrip;
+        static readonly Native.TorqueCallback torque_send = CallTorque;
         internal static readonly IntPtr LogAddress = Marshal.GetFunctionPointerForDelegate(log);
         internal static readonly IntPtr ProgressAddress = Marshal.GetFunctionPointerForDelegate(progress);
         internal static readonly IntPtr EventAddress = Marshal.GetFunctionPointerForDelegate(happened);
         internal static readonly IntPtr ExchangeAddress = Marshal.GetFunctionPointerForDelegate(exchange);
         internal static readonly IntPtr GripAddress = Marshal.GetFunctionPointerForDelegate(grip_read);
+        internal static readonly IntPtr TorqueAddress = Marshal.GetFunctionPointerForDelegate(torque_send);
 
         [MonoPInvokeCallback(typeof(Native.LogCallback))]
         static void CallLog(IntPtr user, IntPtr sentence)
@@ -1145,12 +1167,31 @@ namespace Palpate
             try
             {
                 target.Exchange(force_n, ref reading);
+                // The exchange that follows a torque that was not sent counts as a fault, too.
+                if (target.torque_failed) reading = new PalReading { Fault = PalFault.Garbage };
             }
             catch (Exception thrown)
             {
                 // No reading can be trusted: the library ramps the force to zero.
                 reading = new PalReading { Fault = PalFault.Garbage };
                 target?.ReportOnce(thrown, "exchange");
+            }
+        }
+
+        [MonoPInvokeCallback(typeof(Native.TorqueCallback))]
+        static void CallTorque(IntPtr user, ref PalVector torque_n_m)
+        {
+            var target = Of(user);
+            try
+            {
+                target.torque_failed = false;
+                target.TorqueSend(torque_n_m);
+            }
+            catch (Exception thrown)
+            {
+                if (target == null) return;
+                target.torque_failed = true;
+                target.ReportOnce(thrown, "torque");
             }
         }
 
@@ -1352,6 +1393,7 @@ namespace Palpate
         [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
         internal delegate void ExchangeCallback(IntPtr user, ref PalVector force_n, ref PalReading reading);
         [UnmanagedFunctionPointer(CallingConvention.Cdecl)] internal delegate void GripCallback(IntPtr user, ref PalGrip grip);
+        [UnmanagedFunctionPointer(CallingConvention.Cdecl)] internal delegate void TorqueCallback(IntPtr user, ref PalVector torque_n_m);
 
         [StructLayout(LayoutKind.Sequential)]
         internal struct PalVulkan
@@ -1459,14 +1501,14 @@ namespace Palpate
             internal IntPtr Name;
             internal double MaxForceN, MaxStiffnessNPerM;
             internal PalVector WorkspaceCentreM;
-            internal double WorkspaceRadiusM, ResolutionM, DelayS, ContinuousForceN;
+            internal double WorkspaceRadiusM, ResolutionM, DelayS, ContinuousForceN, MaxTorqueNM;
         }
 
         [StructLayout(LayoutKind.Sequential)]
         internal struct PalDevice
         {
             internal uint Size;
-            internal IntPtr Info, Exchange, User, Grip;
+            internal IntPtr Info, Exchange, User, Grip, Torque;
         }
 
         [StructLayout(LayoutKind.Sequential)]
@@ -1555,6 +1597,7 @@ namespace Palpate
         [DllImport(Library)]
         internal static extern PalResult pal_haptics_tick(PalSession session, ref PalTick tick, ref PalVector force_n);
         [DllImport(Library)] internal static extern PalResult pal_haptics_hold(PalSession session, ref PalGrip grip);
+        [DllImport(Library)] internal static extern PalResult pal_haptics_torque(PalSession session, ref PalVector torque_n_m);
         [DllImport(Library)] internal static extern PalResult pal_session_state(PalSession session, ref PalState state);
         [DllImport(Library)]
         internal static extern PalResult pal_session_volume(PalSession session, uint index, ref PalVolumeState volume);

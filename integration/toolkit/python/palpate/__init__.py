@@ -719,11 +719,17 @@ class Session:
         except TypeError:
             raise TypeError("tick() takes the hand's position as three numbers (m), and whole numbers for time_ns and buttons") from None
 
+    @property
+    def torque_n_m(self):
+        """The torque (x, y, z) that belongs to the force of the last tick(), N m, about the hand's position; zero unless the tool has several
+        points. ValueError with device=."""
+        return self._session.torque()
+
     def hold(self, rotation=None, *, angular_velocity_rad_per_s=(0.0, 0.0, 0.0), opening_rad=None):
         """Says how the grip is held, from the next tick() on: `rotation`, a unit quaternion (w, x, y, z) from the grip's axes to the device's
         (the grip's own z goes along its shaft, away from the tip); the angular velocity along the device's axes; the opening of a gripper (0:
-        closed). None: not sensed. Nothing is felt by it: the pen in pictures turns, recordings keep it, "shaft" of the state says it. On the
-        thread that ticks. ValueError with device=. What is not finite, or a rotation of another length than 1, counts as not sensed."""
+        closed). None: not sensed. The points of a finger pad (tool_points=) and the pen in pictures turn with it, recordings keep it, "shaft" of
+        the state says it; nothing else is felt by it. On the thread that ticks. ValueError with device=. What is not finite, or a rotation of another length than 1, counts as not sensed."""
         try:
             self._session.hold(rotation, angular_velocity_rad_per_s, opening_rad)
         except TypeError:
@@ -753,7 +759,7 @@ class Session:
         "steps_known" of the motion; "ticks", "late_ticks"; of a live source "frames_received", "frames_felt", "frame_delay_s",
         "frame_cycle_s"; "asked_n", the spring's force had nothing limited it, minus all of "held_n", a dict of limiters by their word, is
         "force_n"; "hand_work_j", the work that all forces so far did on the hand; "shaft", the unit vector from the hand along the grip's
-        shaft, zero if it is not sensed. palpate.h (PalState) explains each."""
+        shaft, zero if it is not sensed; "torque_n_m" on a tool of several points. palpate.h (PalState) explains each."""
         return self._session.state()
 
     @property

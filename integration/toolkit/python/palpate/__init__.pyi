@@ -120,6 +120,7 @@ class Session:
         stiffness_n_per_m: float | None = None,
         max_force_n: float | None = None,
         tool_radius_mm: float | None = None,
+        tool_points: int | None = None,
         dead_man: bool | None = None,
         watchdog_s: float | None = None,
         max_hand_speed_m_per_s: float | None = None,
@@ -135,6 +136,8 @@ class Session:
         black_box: str | PathLike[str] | None = None,
     ) -> None: ...
     def tick(self, position_m: Sequence[float], time_ns: int = 0, buttons: int = 0) -> list[float]: ...
+    @property
+    def torque_n_m(self) -> list[float]: ...
     def hold(
         self,
         rotation: Sequence[float] | None = None,
