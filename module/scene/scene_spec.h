@@ -224,7 +224,7 @@ struct SceneSpec {
   double damping_n_s_per_m = 0.0;    ///< kd
   double max_force_n = 4.0;
   /// Of what feels, world: of the ball, or with more points than one of the circle on which they
-  /// are; 0: a point.
+  /// are; 0: a point, or with more points than one 5 mm.
   double tool_radius_m = 0.0;
   int tool_points = 1;          ///< 2 to kMostToolPoints: a finger pad
   Transform world_from_device;  ///< co-location; its scale enlarges the hand's movements

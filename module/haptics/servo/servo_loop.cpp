@@ -160,7 +160,9 @@ void ServoLoop::guard(const DeviceCommand& wanted, int64_t now_ns) noexcept {
   command_.torque_n_m = ramp_from_.torque_n_m * left;
   command_.in_contact = false;
   // The tick is trusted again once it asks for zero by itself.
-  if (!stopping_ && wanted.force_n == glm::dvec3(0.0) && done >= 1.0) ramping_ = false;
+  const bool asks_for_none =
+      wanted.force_n == glm::dvec3(0.0) && wanted.torque_n_m == glm::dvec3(0.0);
+  if (!stopping_ && asks_for_none && done >= 1.0) ramping_ = false;
 }
 
 bool ServoLoop::is_over() noexcept {
