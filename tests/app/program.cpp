@@ -15,9 +15,11 @@
 namespace palpate::app {
 
 Program::Program(const std::vector<std::string>& arguments) {
-  std::string path = PALPATE_PROGRAM;
-  std::vector<std::string> copies = arguments;
-  std::vector<char*> argv = {path.data()};
+  // It ends with the test, also when ctest kills that.
+  std::vector<std::string> copies = {"/usr/bin/setpriv", "--pdeathsig", "KILL", "--",
+                                     PALPATE_PROGRAM};
+  copies.insert(copies.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
   for (std::string& argument : copies) argv.push_back(argument.data());
   argv.push_back(nullptr);
   const std::string out = folder_ / "out", err = folder_ / "err";
@@ -36,10 +38,10 @@ Program::Program(const std::vector<std::string>& arguments) {
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setsigdefault(&attributes, &defaults);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
-  const int failed = posix_spawn(&pid_, path.c_str(), &actions, &attributes, argv.data(), environ);
+  const int failed = posix_spawnp(&pid_, argv[0], &actions, &attributes, argv.data(), environ);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
-  if (failed) throw std::runtime_error("could not start " + path);
+  if (failed) throw std::runtime_error("could not start " + std::string(PALPATE_PROGRAM));
 }
 
 bool Program::ended() {
