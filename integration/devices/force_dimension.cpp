@@ -288,7 +288,8 @@ class ForceDimensionLink final : public DeviceLink {
   /// for. What a person switched off, only a person switches on.
   void let_force_come_back(const DhdStatus& status, glm::dvec3 force_n) {
     const int cause = status[kStatusForceOffCause];
-    if (cause != kOffByButton && cause != kOffByDeadMan && force_n == glm::dvec3(0.0)) release();
+    const bool asks_for_none = force_n == glm::dvec3(0.0) && torque_n_m_ == glm::dvec3(0.0);
+    if (cause != kOffByButton && cause != kOffByDeadMan && asks_for_none) release();
   }
 
   void heed_error(LinkAnswer& answer) {

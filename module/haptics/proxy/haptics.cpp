@@ -163,8 +163,10 @@ void Haptics::change_tool() noexcept {
   tip.felt_n = last_wanted_;
   tip_count_ = run_->points.size();
   for (size_t i = 0; i < tip_count_; ++i) {
+    tip.lever_m = device_.rotation * (device_from_grip_ * run_->scene->points_m[i]);
+    tip.probe_m = probe_ + tip.lever_m;
     tips_[i] = tip;
-    tips_[i].proxy_m += device_.rotation * (device_from_grip_ * run_->scene->points_m[i]);
+    tips_[i].proxy_m += tip.lever_m;
   }
   tank_.restart();
 }
