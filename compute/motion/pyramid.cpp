@@ -138,7 +138,7 @@ void PyramidBuilder::set_region(const Region& region) {
 
 void PyramidBuilder::record_level(vulkan::Recorder& recorder, size_t l, const Workspace& work,
                                   const vulkan::Image& raw, double noise, const vulkan::Image* mask,
-                                  const vulkan::Image& packed) {
+                                  const vulkan::Image& packed, int first_slice) {
   const LevelPlan& level = plan_.levels[l];
   if (work.packed_box.empty()) return;
   const glm::ivec4 size(work.size, 0);
@@ -163,12 +163,17 @@ void PyramidBuilder::record_level(vulkan::Recorder& recorder, size_t l, const Wo
                              {float(noise * noise), plan_.options.normalise ? 1.0F : 0.0F, 0, 0},
                              wide(work.normalised_box.begin)},
       groups_of(work.normalised_box.size()));
+  // The outermost voxels of the finest level do not count; the classic filter stays as published.
+  const bool outermost_count =
+      int(l) != plan_.options.finest_level || plan_.options.method == MotionMethod::kClassic;
   recorder.dispatch(
       kernels_->pack(mask != nullptr),
       {{work.normalised, kernels_->nearest()},
        {mask ? *mask : no_mask_, kernels_->nearest()},
        packed},
-      shaders::PackPush{size, glm::vec4(level.spacing_mm, 0), wide(work.packed_box.begin)},
+      shaders::PackPush{glm::ivec4(work.size, outermost_count ? 0 : level.image_size.z),
+                        glm::vec4(level.spacing_mm, 0),
+                        glm::ivec4(work.packed_box.begin, first_slice)},
       groups_of(work.packed_box.size()));
 }
 
@@ -208,7 +213,7 @@ void PyramidBuilder::build_slab(const HalfVolume& volume, const Slab& slab, doub
       shaders::DownsamplePush{glm::ivec4(size, low), glm::ivec4(next.image_size, first),
                               glm::ivec4(next.ratio, count)},
       groups_of({next.image_size.x, next.image_size.y, count}));
-  record_level(recorder, 0, work, work.raw, noise, masked ? &mask : nullptr, packed);
+  record_level(recorder, 0, work, work.raw, noise, masked ? &mask : nullptr, packed, low);
   recorder.copy_slices(packed, slab.first - low, slab.depth, target);
   recorder.run();
 }

@@ -47,8 +47,9 @@ class PyramidBuilder {
                  const MotionPlan& plan, const Region& region);
 
   /// Uploads a frame, computes all levels and waits. `noise`: the floor of local normalisation, in
-  /// scaled units. Gradients of voxels that do not count, and outside the region's boxes, are
-  /// infinite; outside the boxes the intensity is 0. Throws vulkan::Failure.
+  /// scaled units. Gradients of voxels that do not count (outside of the mask, and the outermost
+  /// ones of the finest level that is solved), and outside the region's boxes, are infinite;
+  /// outside the boxes the intensity is 0. Throws vulkan::Failure.
   void build(const HalfVolume& volume, double noise, FramePyramid& target);
 
   /// Sets another region of the same plan, for the frames that follow.
@@ -72,9 +73,10 @@ class PyramidBuilder {
   vulkan::Image upload_mask(const uint8_t* values, glm::ivec3 size);
   void build_slab(const HalfVolume& volume, const Slab& slab, double noise,
                   const vulkan::Buffer& target);
+  /// `first_slice`: of the level, that `raw` begins with.
   void record_level(vulkan::Recorder& recorder, size_t l, const Workspace& work,
                     const vulkan::Image& raw, double noise, const vulkan::Image* mask,
-                    const vulkan::Image& packed);
+                    const vulkan::Image& packed, int first_slice = 0);
 
   std::shared_ptr<vulkan::Context> context_;
   std::shared_ptr<MotionKernels> kernels_;

@@ -17,6 +17,8 @@ constexpr int kMaxRadius = 11;
 // Gradients are clamped to this, in 1/mm, so that they are finite in fp16; an infinite gradient
 // marks a voxel outside the mask.
 constexpr float kLargestGradient = 60000.0F;
+// An axis with fewer voxels than this has no outermost voxels that do not count, see pack.comp.
+constexpr int kLeastForOutermost = 16;
 // A level may yield fully where the determinant of its field is above kGentle, and not at all below
 // kSteepest.
 constexpr float kSteepest = 0.5F;
@@ -38,6 +40,7 @@ constexpr int kSlidingSteps = 4;
 const int kBrick = 8;
 const int kMaxRadius = 11;
 const float kLargestGradient = 60000.0;
+const int kLeastForOutermost = 16;
 const float kSteepest = 0.5;
 const float kGentle = 0.8;
 const float kRightOdds = 0.012;
@@ -81,9 +84,9 @@ struct NormalisePush {
 PALPATE_SIZE(NormalisePush, 80);
 
 struct PackPush {
-  ivec4 size;
+  ivec4 size;  // of the bound image; w: slices of the whole, 0 = its outermost voxels count
   vec4 spacing_mm;
-  ivec4 begin;  // first voxel that is written
+  ivec4 begin;  // first voxel that is written; w: slice of the whole that the bound image begins with
 };
 PALPATE_SIZE(PackPush, 48);
 

@@ -3,7 +3,7 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 // Packs an image and its gradient into one texel, so that the data term reads one texel instead of seven.
-//   (gx gy gz I), g = central difference in 1/mm, one-sided at the border; infinite outside the mask
+//   (gx gy gz I), g = central difference in 1/mm, halved at the border; infinite where it does not count
 //
 // binding  direction  format             shape             unit
 // 0        in         any, one channel   image (z, y, x)   1
@@ -15,7 +15,11 @@
 // still counts. Infinite, because a trilinear sample that touches such a voxel with any weight is then infinite or NaN
 // and fails every comparison. A large finite number was tried: at weights below a hundredth it looked like an image.
 //
-// One invocation: one voxel, from `begin` on. Border: clamped, so the difference is halved there. Precision: fp32.
+// The outermost voxels of the whole image do not count where push.size.w asks for that: their differences are halved and
+// their local windows are cut, which drags tissue where motion leads inwards. An axis of fewer than kLeastForOutermost
+// voxels keeps them.
+//
+// One invocation: one voxel, from `begin` on. Border: clamped. Precision: fp32.
 // Race: each output written once. CPU oracle: oracle::pack.
 layout(local_size_x = 64) in;
 TEXELS(0, image, r16f);
@@ -26,6 +30,14 @@ layout(constant_id = 0) const int kMasked = 0;
 
 float slope(float before, float after, float spacing) {
   return clamp(0.5 * (after - before) / spacing, -kLargestGradient, kLargestGradient);
+}
+
+bool is_outermost(ivec3 i) {
+  const ivec3 whole = ivec3(push.size.xy, push.size.w);
+  const ivec3 at = ivec3(i.xy, i.z + push.begin.w);
+  const bvec3 at_end = equal(min(at, whole - 1 - at), ivec3(0));
+  const bvec3 is_long = greaterThanEqual(whole, ivec3(kLeastForOutermost));
+  return push.size.w != 0 && any(bvec3(at_end.x && is_long.x, at_end.y && is_long.y, at_end.z && is_long.z));
 }
 
 void main() {
@@ -39,6 +51,7 @@ void main() {
       slope(READ(image, ivec3(lo.x, i.yz)).r, READ(image, ivec3(hi.x, i.yz)).r, s.x),
       slope(READ(image, ivec3(i.x, lo.y, i.z)).r, READ(image, ivec3(i.x, hi.y, i.z)).r, s.y),
       slope(READ(image, ivec3(i.xy, lo.z)).r, READ(image, ivec3(i.xy, hi.z)).r, s.z));
-  if (kMasked != 0 && READ(mask, i).r == 0.0) g = vec3(uintBitsToFloat(0x7f800000u));
+  const bool is_masked = kMasked != 0 && READ(mask, i).r == 0.0;
+  if (is_masked || is_outermost(i)) g = vec3(uintBitsToFloat(0x7f800000u));
   imageStore(packed_image, i, vec4(g, READ(image, i).r));
 }

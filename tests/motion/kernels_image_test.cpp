@@ -224,6 +224,46 @@ TEST_F(PackKernel, MarksTheGradientOutsideTheMaskAndKeepsTheIntensity) {
   }
 }
 
+TEST_F(PackKernel, MarksTheOutermostVoxelsOfTheWholeImageAlsoInItsSlabs) {
+  // The axis of 7 voxels keeps its outermost voxels.
+  const glm::ivec3 size(17, 7, 20);
+  const glm::dvec3 spacing_mm(1.0, 2.0, 0.5);
+  const Scalars image = scalars_of(as_stored(random_texels(size, 55), Format::kR16));
+  const Scalars inside = random_mask(size, 56, 0.8);
+  const auto pack = [&](const Scalars& part, const Scalars& mask, bool masked, int first,
+                        const DeviceImage& to) {
+    const DeviceImage from = put(texels_of(part), Format::kR16);
+    const DeviceImage mask_image = put(texels_of(mask), Format::kR8);
+    dispatch(kernels()->pack(masked), {nearest(from), nearest(mask_image), to.image},
+             shaders::PackPush{glm::ivec4(part.size, size.z), glm::vec4(spacing_mm, 0),
+                               glm::ivec4(0, 0, 0, first)},
+             rows(part.size));
+  };
+  for (const bool masked : {false, true}) {
+    SCOPED_TRACE(masked ? "masked" : "not masked");
+    const Texels expected = oracle::pack(image, spacing_mm, masked ? &inside : nullptr, false);
+    const DeviceImage whole = output(size, Format::kRgba32);
+    pack(image, inside, masked, 0, whole);
+    expect_all(whole, expected, 4, 2.0);
+
+    // Slices 5 to 15: their cuts are no border of the image.
+    const int first = 5;
+    Scalars part(glm::ivec3(17, 7, 11)), part_inside(part.size);
+    const size_t offset = size_t(first * size.x * size.y);
+    for (size_t n = 0; n < part.values.size(); ++n) {
+      part.values[n] = image.values[offset + n];
+      part_inside.values[n] = inside.values[offset + n];
+    }
+    const DeviceImage cut = output(part.size, Format::kRgba32);
+    pack(part, part_inside, masked, first, cut);
+    const Texels actual = get(cut);
+    for (size_t n = 0; n < actual.values.size(); ++n) {
+      EXPECT_EQ(oracle::inside_mask(actual.values[n]),
+                oracle::inside_mask(expected.values[offset + n]));
+    }
+  }
+}
+
 TEST_F(PackKernel, HoldsAGradientThatHalfPrecisionCanNot) {
   const glm::ivec3 size(9, 3, 2);
   const glm::dvec3 spacing_mm(1e-6);  // a nanometre

@@ -90,8 +90,10 @@ Texels gauss(const Texels& image, glm::dvec3 sigma);
 Scalars normalise(const Scalars& image, const Texels& moments, glm::ivec3 cell, double noise_sd);
 
 /// (gx gy gz I): central differences in 1/mm, border clamped, within +- shaders::kLargestGradient;
-/// kOutside where the mask (may be null) is 0.
-Texels pack(const Scalars& image, glm::dvec3 spacing_mm, const Scalars* mask);
+/// kOutside where the mask (may be null) is 0 and, without `outermost_count`, in the first and last
+/// voxel along each axis of at least shaders::kLeastForOutermost voxels.
+Texels pack(const Scalars& image, glm::dvec3 spacing_mm, const Scalars* mask,
+            bool outermost_count = true);
 
 /// False for a packed texel that is marked as outside the mask.
 bool inside_mask(const glm::dvec4& texel);

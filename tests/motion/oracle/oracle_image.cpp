@@ -93,15 +93,20 @@ Scalars normalise(const Scalars& image, const Texels& moments, glm::ivec3 cell, 
   return result;
 }
 
-Texels pack(const Scalars& image, glm::dvec3 spacing_mm, const Scalars* mask) {
+Texels pack(const Scalars& image, glm::dvec3 spacing_mm, const Scalars* mask,
+            bool outermost_count) {
   constexpr double kLargest = shaders::kLargestGradient;
   Texels result(image.size);
   for_each(image.size, [&](glm::ivec3 i) {
+    bool outside = mask && mask->at(i) == 0.0;
+    for (int axis = 0; axis < 3 && !outermost_count; ++axis) {
+      const int last = image.size[axis] - 1;
+      outside |= last + 1 >= shaders::kLeastForOutermost && (i[axis] == 0 || i[axis] == last);
+    }
     for (int axis = 0; axis < 3; ++axis) {
       glm::ivec3 step(0);
       step[axis] = 1;
       const double slope = (image.held(i + step) - image.held(i - step)) / (2.0 * spacing_mm[axis]);
-      const bool outside = mask && mask->at(i) == 0.0;
       result.at(i)[axis] = outside ? kOutside : std::clamp(slope, -kLargest, kLargest);
     }
     result.at(i).w = image.at(i);
