@@ -39,6 +39,9 @@ let fetching = false;
 function take(message) {
   if (message.you) { me = message.you; return; }
   state = message;
+  // After a pause palpate lets go; a hand that is still there comes from in front again, where the start gate opens.
+  if (hand?.held && state.holder !== me) hand = {...hand, since: null, begun: performance.now()};
+  if (hand) hand.held = state.holder === me;
   heardAt = performance.now();
   if (message.scene > 0 && message.scene !== scene?.generation && !fetching) load();
   showState();
@@ -154,7 +157,7 @@ function rayOf(from, [x, y]) {
 }
 
 const pointers = new Map();
-let hand = null;  // a pointer that touches: {ray, from, depth, begun; since: when it began to move in}
+let hand = null;  // a pointer that touches: {ray, from, depth, begun; since: when it began to move in; held: palpate has it}
 let push = 0;     // m, beyond the surface
 
 function reach(at) {

@@ -168,6 +168,15 @@ class Client:
                 return state
         raise TimeoutError
 
+    def hold(self, place_m):
+        """Until this client is the hand."""
+        end = time.time() + PATIENCE_S
+        while time.time() < end:
+            self.send(json.dumps({"hand": place_m}))
+            if self.read()["holder"] == self.me:
+                return
+        raise TimeoutError
+
     def close(self):
         self.socket.close()
 
@@ -265,19 +274,21 @@ class Messages(unittest.TestCase):
 
     def test_one_client_at_a_time_is_the_hand(self):
         first, second = Client(self.address), Client(self.address)
-        first.send('{"hand": [0, 0, 0.09]}')
-        first.wait(lambda state: state["holder"] == first.me)
+        first.hold([0, 0, 0.09])
         # Silence lets go; the second one may then touch.
-        second.send('{"hand": [0, 0, 0.05]}')
-        self.assertEqual(second.wait(lambda state: state["holder"] != first.me)["holder"], 0)
-        second.send('{"hand": [0, 0, 0.05]}')
-        state = second.wait(lambda state: state["holder"] == second.me)
-        # While it holds, the first one does not move it.
-        for _ in range(20):
+        second.wait(lambda state: state["holder"] == first.me)
+        second.wait(lambda state: state["holder"] == 0)
+        second.hold([0, 0, 0.05])
+        # While it holds, the first one does not move it. A pause of this test would let go: then from the beginning.
+        end, held = time.time() + PATIENCE_S, 0
+        while held < 20 and time.time() < end:
             second.send('{"hand": [0, 0, 0.05]}')
             first.send('{"hand": [0.05, 0, 0]}')
             state = second.read()
-            self.assertEqual(state["holder"], second.me)
+            held = held + 1 if state["holder"] == second.me else 0
+            if state["holder"] == first.me:
+                second.hold([0, 0, 0.05])
+        self.assertEqual(held, 20)
         self.assertAlmostEqual(state["probe_m"][0], 0.0, 3)
         # Leaving lets go.
         second.close()
@@ -367,8 +378,12 @@ class Page(unittest.TestCase):
             self.browser.wait("!document.getElementById('headset').hidden")
             self.browser.run("document.getElementById('headset').click()")
             self.browser.wait("madeHeadset.frames > 2 && palpate.state.holder === palpate.me")
-            # From above to the middle of the picture, 1 cm a step.
-            self.browser.run("setInterval(() => { if (madeHeadset.tip[1] > -0.1) madeHeadset.tip[1] -= 0.01; }, 30)")
+            # From above to the middle of the picture, 1 cm a step; from above again after a pause in which palpate let go.
+            self.browser.run("""setInterval(() => {
+              if (!madeHeadset.tip) return;
+              if (palpate.state?.holder !== palpate.me || palpate.state.cause) madeHeadset.tip[1] = 0.4;
+              else if (madeHeadset.tip[1] > -0.1) madeHeadset.tip[1] -= 0.01;
+            }, 30)""")
             self.browser.wait("palpate.state.touches && madeHeadset.pulses > 0")
             rows = self.browser.run("""(() => {
               const gl = document.getElementById('picture').getContext('webgl2'), pixels = new Uint8Array(4 * 128 * 64);
