@@ -44,6 +44,10 @@
 #include "spirv/motion/tv_dual_loads.h"
 #include "spirv/motion/tv_primal.h"
 #include "spirv/motion/tv_primal_loads.h"
+#include "spirv/motion/tv_second_dual.h"
+#include "spirv/motion/tv_second_dual_loads.h"
+#include "spirv/motion/tv_second_primal.h"
+#include "spirv/motion/tv_second_primal_loads.h"
 #include "spirv/motion/update.h"
 #include "spirv/motion/update_loads.h"
 #include "spirv/motion/update_two.h"
@@ -117,6 +121,13 @@ const vulkan::Kernel& MotionKernels::tv_primal(bool last) {
 }
 const vulkan::Kernel& MotionKernels::tv_dual() {
   return get({k_motion_tv_dual, k_motion_tv_dual_loads}, sizeof(TotalVariationPush));
+}
+const vulkan::Kernel& MotionKernels::tv_second_primal() {
+  return get({k_motion_tv_second_primal, k_motion_tv_second_primal_loads},
+             sizeof(TotalVariationPush));
+}
+const vulkan::Kernel& MotionKernels::tv_second_dual() {
+  return get({k_motion_tv_second_dual, k_motion_tv_second_dual_loads}, sizeof(TotalVariationPush));
 }
 const vulkan::Kernel& MotionKernels::upsample() {
   return get(k_motion_upsample, sizeof(UpsamplePush));

@@ -33,6 +33,8 @@ class MotionKernels {
   const vulkan::Kernel& update_two();
   const vulkan::Kernel& tv_primal(bool last);
   const vulkan::Kernel& tv_dual();
+  const vulkan::Kernel& tv_second_primal();
+  const vulkan::Kernel& tv_second_dual();
   const vulkan::Kernel& upsample();
   const vulkan::Kernel& upsample_cubic();
   const vulkan::Kernel& measure();

@@ -17,6 +17,7 @@ struct LevelOptions {
   int cell = 2;             ///< image voxels per field cell along each axis finer than 1.5 h
   double window = 3.0;      ///< Gaussian over the normal equations, SD in h
   double smoothness = 0.3;  ///< weight of the total variation, in h
+  double second = 0.0;      ///< weight of the total variation of second derivatives, in h; 0: off
 };
 
 /// How the finest level yields, cell by cell, to motion that its wide window can not follow. rho is
@@ -27,10 +28,11 @@ struct LevelOptions {
 struct YieldOptions {
   /// SD of the narrow window, in h, whose step is added with the share s; 0: off
   double window = 0.0;
-  double low = 0.02;         ///< rho at which s leaves 0
-  double high = 0.06;        ///< rho at which s reaches 1
-  double damping = 0.15;     ///< alpha where s is 1
-  double smoothness = 0.15;  ///< weight of the total variation where s is 1, in h
+  double low = 0.02;      ///< rho at which s leaves 0
+  double high = 0.06;     ///< rho at which s reaches 1
+  double damping = 0.15;  ///< alpha where s is 1
+  /// weight of the total variation where s is 1, in h; that of second derivatives grows alike
+  double smoothness = 0.15;
   /// The weight of the total variation is halved where what a step explains is this many times its
   /// own noise.
   double evidence = 8.0;

@@ -111,6 +111,7 @@ uint64_t solver_bytes(const MotionPlan& plan) {
     bytes += classic ? 2 * image_bytes(level.image_size, 16)
                      : 4 * image_bytes(level.cells, 16) +
                            (yields(plan, l) ? 15 : 11) * image_bytes(level.cells, 8);
+    if (level.options.second > 0.0) bytes += 6 * image_bytes(level.cells, 8);
   }
   // PairSolver: what is measured in each brick.
   if (!classic) {

@@ -26,7 +26,7 @@ constexpr double kChoiceSigma = 1.0;
 constexpr float kChoiceWidth = 0.02F;  // rho: width of the transition between the two fields
 // SD of the window over what the coarser level leaves, against noise, in cells
 constexpr double kCoarserSigma = 1.0;
-constexpr int kDispatchesPerIteration = 24;  // without the filter's steps, two each
+constexpr int kDispatchesPerIteration = 24;  // without the filter's steps, up to four each
 
 // cells whose values come to the host in less time than waiting for the device once more takes
 constexpr size_t kFewCells = 64 * 64 * 64;
@@ -54,6 +54,11 @@ std::optional<double> noise_of(std::span<const uint64_t> left) {
 // unit slopes.
 double dual_step(glm::dvec3 slope) {
   return 1.0 / (4.0 * glm::dot(slope, slope));
+}
+
+/// The same for second differences, see tv_second_dual.comp: 16 (sum of the squares)^2.
+double second_dual_step(glm::dvec3 slope) {
+  return 1.0 / (16.0 * std::pow(glm::dot(slope, slope), 2));
 }
 
 /// Factors on differences per axis, relative to the coarsest axis of the field: anisotropic cells
@@ -100,8 +105,8 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
       download_(context_, plan.field.count() * sizeof(glm::vec4),
                 vulkan::Buffer::Kind::kHostVisible),
       recorder_(context_, uint32_t(96 + 4 * plan.slabs * plan.slabs)),
-      batch_(context_, uint32_t(kBatch * (kDispatchesPerIteration + 2 * plan.options.filter_steps +
-                                          plan.slabs * plan.slabs) +
+      batch_(context_, uint32_t(kBatch * (kDispatchesPerIteration + 4 * plan.options.filter_steps +
+                                          1 + plan.slabs * plan.slabs) +
                                 2)) {
   for (const SearchPlan& search : plan_searches(plan_))
     starts_.push_back(std::make_unique<DiscreteStart>(context_, kernels_, plan_, search));
@@ -145,6 +150,10 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
           &images.dual[0], &images.dual[1], &images.dual[2]}) {
       *image = vulkan::Image(context_, cells, kHalf);
       recorder_.prepare(*image);
+    }
+    if (plan_.levels[l].options.second > 0.0) {
+      for (int d = 0; d < 6; ++d)
+        recorder_.prepare(images.second.emplace_back(context_, cells, kHalf));
     }
     if (!yields(plan_, l)) continue;
     for (vulkan::Image* image :
@@ -194,6 +203,7 @@ void PairSolver::record_clear_terms(size_t l) {
        {std::span(images.dual), std::span(images.equations), std::span(images.smoothed)}) {
     for (const vulkan::Image& image : three) kernels_->record_clear(recorder_, image);
   }
+  for (const vulkan::Image& image : images.second) kernels_->record_clear(recorder_, image);
   recorder_.end_concurrent();
 }
 
@@ -614,15 +624,36 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l) {
   const vulkan::Sampler& nearest = kernels_->nearest();
   const glm::ivec3 groups = slice_groups(active_);
   const glm::dvec3 slope = slopes(level);
-  const shaders::TotalVariationPush push{
-      wide(level.cells),
-      glm::vec4(slope, 0),
-      {float(level.options.smoothness * level.h_mm), float(dual_step(slope)),
-       float(plan_.options.huber_mm), float(plan_.options.momentum)}};
+  const bool has_second = !i.second.empty();
+  // Both duals take a step from the same field. Steps are stable up to twice those above; half of it
+  // for each, less a tenth.
+  const double share = has_second ? 0.9 : 1.0;
+  const auto push_of = [&](double weight, double step) {
+    return shaders::TotalVariationPush{
+        wide(level.cells),
+        glm::vec4(slope, 0),
+        {float(weight * level.h_mm), float(share * step), float(plan_.options.huber_mm),
+         float(plan_.options.momentum)}};
+  };
+  const shaders::TotalVariationPush push = push_of(level.options.smoothness, dual_step(slope));
+  const shaders::TotalVariationPush second_push =
+      push_of(level.options.second, second_dual_step(slope));
+  const auto with_second = [&](const vulkan::Image& read) {
+    std::vector<vulkan::Binding> bindings{active_list(), {read, nearest}};
+    for (const vulkan::Image& q : i.second) bindings.emplace_back(q, nearest);
+    return bindings;
+  };
   const auto primal = [&](bool last) {
+    // In the last step `primal` keeps the field of the step before: bricks at rest are read there.
+    const vulkan::Image& without = last ? i.composed : i.primal;
+    if (has_second) {
+      std::vector<vulkan::Binding> bindings = with_second(i.composed);
+      bindings.emplace_back(without);
+      recorder.dispatch(kernels_->tv_second_primal(), bindings, second_push, groups);
+    }
     recorder.dispatch(kernels_->tv_primal(last),
                       {active_list(),
-                       {i.composed, nearest},
+                       {has_second ? without : i.composed, nearest},
                        {i.dual[0], nearest},
                        {i.dual[1], nearest},
                        {i.dual[2], nearest},
@@ -635,6 +666,7 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l) {
   // Steps of primal and dual in turn; the last primal step is the field.
   for (int step = 0; step < plan_.options.filter_steps; ++step) {
     primal(false);
+    recorder.begin_concurrent();
     recorder.dispatch(kernels_->tv_dual(),
                       {active_list(),
                        {i.primal, nearest},
@@ -645,6 +677,12 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l) {
                        i.dual[1],
                        i.dual[2]},
                       push, groups);
+    if (has_second) {
+      std::vector<vulkan::Binding> bindings = with_second(i.primal);
+      bindings.insert(bindings.end(), i.second.begin(), i.second.end());
+      recorder.dispatch(kernels_->tv_second_dual(), bindings, second_push, groups);
+    }
+    recorder.end_concurrent();
   }
   primal(true);
 }

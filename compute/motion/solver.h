@@ -60,6 +60,8 @@ class PairSolver : public FieldSolver {
   struct LevelImages {
     vulkan::Image field, ahead, composed, primal, seen, flags;
     vulkan::Image equations[3], smoothed[3], dual[3];
+    // Dual of the second differences, six images; empty if the level does not filter them.
+    std::vector<vulkan::Image> second;
     // Only if the level yields: the equations under its wide window, and what the next coarser
     // level left of them.
     vulkan::Image wide[3], coarser;

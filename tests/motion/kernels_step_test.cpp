@@ -256,5 +256,141 @@ TEST_F(TotalVariationKernel, DualStepMayWriteTheDualThatItReads) {
   for (size_t a = 0; a < 3; ++a) expect_all(p[a], texels_of(expected[a]), 3, 1.0);
 }
 
+class SecondTotalVariationKernel : public TotalVariationKernel {
+ protected:
+  /// As make(), with a dual of second differences; zero where there is no difference.
+  void make_second(glm::ivec3 cells, Format format, uint32_t seed) {
+    make(cells, format, seed);
+    oracle::SecondDual none;
+    for (Vectors& one : none) one = Vectors(cells);
+    // A step from zero leaves zero where there is no difference; elsewhere a random dual follows.
+    const oracle::SecondDual there =
+        oracle::tv_second_dual(random_vectors(cells, seed + 11, 1.0), none, slope, 1.0, 1.0, 0.0);
+    for (size_t d = 0; d < second.size(); ++d) {
+      Vectors q = random_vectors(cells, seed + 12 + uint32_t(d), 0.2);
+      oracle::for_each(cells, [&](glm::ivec3 i) {
+        if (there[d].at(i) == glm::dvec3(0.0)) q.at(i) = glm::dvec3(0.0);
+      });
+      second[d] = vectors_of(as_stored(texels_of(q), format));
+    }
+  }
+  DeviceImage put_weighted() {
+    Texels weighted = texels_of(u);
+    for (size_t i = 0; i < weighted.values.size(); ++i) weighted.values[i].w = more.values[i];
+    return put(weighted, Format::kRgba32);
+  }
+  std::vector<DeviceImage> put_second(Format format) {
+    std::vector<DeviceImage> images;
+    for (const Vectors& q : second) images.push_back(put(texels_of(q), format));
+    return images;
+  }
+  /// The dual step reads `from` and writes `to`.
+  void step_dual(const DeviceImage& field, const std::vector<DeviceImage>& from,
+                 const std::vector<DeviceImage>& to, const BrickList& bricks) {
+    const vulkan::Buffer list = upload_bricks(context(), bricks);
+    dispatch(kernels()->tv_second_dual(),
+             {list, nearest(field), nearest(from[0]), nearest(from[1]), nearest(from[2]),
+              nearest(from[3]), nearest(from[4]), nearest(from[5]), to[0].image, to[1].image,
+              to[2].image, to[3].image, to[4].image, to[5].image},
+             push(), slice_groups(bricks));
+  }
+  void expect_dual_step(Format format, const BrickList& bricks) {
+    const oracle::SecondDual expected =
+        oracle::tv_second_dual(u, second, slope, c_mm, step, huber_mm, &more);
+    std::vector<DeviceImage> to;
+    for (size_t d = 0; d < second.size(); ++d) to.push_back(output(u.size, format));
+    step_dual(put_weighted(), put_second(format), to, bricks);
+    for (size_t d = 0; d < second.size(); ++d)
+      expect_cells(to[d], texels_of(expected[d]), bricks, 3, 2.0, kSingle);
+  }
+  /// The primal step may write what it reads.
+  void expect_primal_step(Format format, const BrickList& bricks, bool in_place) {
+    Texels expected = texels_of(oracle::tv_second_primal(u, second, slope));
+    for (size_t i = 0; i < expected.values.size(); ++i) expected.values[i].w = more.values[i];
+    const DeviceImage w = put_weighted();
+    const DeviceImage other = output(u.size, Format::kRgba32);
+    const DeviceImage& to = in_place ? w : other;
+    const std::vector<DeviceImage> q = put_second(format);
+    const vulkan::Buffer list = upload_bricks(context(), bricks);
+    dispatch(kernels()->tv_second_primal(),
+             {list, nearest(w), nearest(q[0]), nearest(q[1]), nearest(q[2]), nearest(q[3]),
+              nearest(q[4]), nearest(q[5]), to.image},
+             push(), slice_groups(bricks));
+    expect_cells(to, expected, bricks, 4, 4.0, kSingle);
+  }
+
+  oracle::SecondDual second;
+};
+
+TEST_F(SecondTotalVariationKernel, PrimalStepTakesThePartOfTheDualOut) {
+  uint32_t seed = 600;
+  for (const glm::ivec3 cells : kSizes) {
+    SCOPED_TRACE(text(cells));
+    make_second(cells, Format::kRgba32, seed += 20);
+    expect_primal_step(Format::kRgba32, all_bricks(cells), false);
+    expect_primal_step(Format::kRgba32, all_bricks(cells), true);
+  }
+  make_second({17, 19, 9}, Format::kRgba16, 780);
+  expect_primal_step(Format::kRgba16, every_second_brick(u.size), false);
+}
+
+TEST_F(SecondTotalVariationKernel, DualStepClimbsAndIsProjectedOntoTheBall) {
+  uint32_t seed = 800;
+  for (const glm::ivec3 cells : kSizes) {
+    SCOPED_TRACE(text(cells));
+    make_second(cells, Format::kRgba32, seed += 20);
+    expect_dual_step(Format::kRgba32, all_bricks(cells));
+  }
+  make_second({17, 19, 9}, Format::kRgba16, 980);
+  expect_dual_step(Format::kRgba16, every_second_brick(u.size));
+}
+
+TEST_F(SecondTotalVariationKernel, DualStepMayWriteTheDualThatItReads) {
+  make_second({9, 17, 7}, Format::kRgba16, 1000);
+  const oracle::SecondDual expected =
+      oracle::tv_second_dual(u, second, slope, c_mm, step, huber_mm, &more);
+  const std::vector<DeviceImage> q = put_second(Format::kRgba16);
+  step_dual(put_weighted(), q, q, all_bricks(u.size));
+  for (size_t d = 0; d < second.size(); ++d) expect_all(q[d], texels_of(expected[d]), 3, 2.0);
+}
+
+// A linear field has no second differences: the dual stays zero, however small the ball is.
+TEST_F(SecondTotalVariationKernel, LeavesALinearFieldAlone) {
+  make_second({17, 9, 10}, Format::kRgba32, 1020);
+  oracle::for_each(u.size, [&](glm::ivec3 i) {
+    u.at(i) = glm::dvec3(i) * 0.25 + glm::dvec3(i.y, i.z, i.x) * 0.5 - 1.0;
+  });
+  std::vector<DeviceImage> q;
+  for (size_t d = 0; d < second.size(); ++d) q.push_back(put(Texels(u.size), Format::kRgba32));
+  step_dual(put_weighted(), q, q, all_bricks(u.size));
+  for (const DeviceImage& one : q) expect_all(one, Texels(u.size), 3, 1.0);
+}
+
+// The steps of both duals are bounded by the largest eigenvalue of D D^T (solver.cpp): found here
+// by the power method on cells of different edges.
+TEST(SecondTotalVariation, LargestEigenvalueIsThatOfTheDualStep) {
+  const glm::dvec3 slope(1.0, 0.7, 0.4);
+  const double bound = 16.0 * std::pow(glm::dot(slope, slope), 2);
+  Vectors u = random_vectors({24, 24, 24}, 1100, 1.0);
+  double eigenvalue = 0.0;
+  for (int k = 0; k < 60; ++k) {
+    oracle::SecondDual none;
+    for (Vectors& one : none) one = Vectors(u.size);
+    // D2 u, without ball and threshold, and D2^T of it.
+    const oracle::SecondDual d = oracle::tv_second_dual(u, none, slope, 1e300, 1.0, 0.0);
+    const Vectors back = oracle::tv_second_primal(Vectors(u.size), d, slope);
+    double squares = 0.0, product = 0.0, length = 0.0;
+    for (size_t i = 0; i < u.values.size(); ++i) {
+      squares += glm::dot(u.values[i], u.values[i]);
+      product -= glm::dot(u.values[i], back.values[i]);
+      length += glm::dot(back.values[i], back.values[i]);
+    }
+    eigenvalue = product / squares;
+    for (size_t i = 0; i < u.values.size(); ++i) u.values[i] = -back.values[i] / std::sqrt(length);
+  }
+  EXPECT_LE(eigenvalue, bound);
+  EXPECT_GT(eigenvalue, 0.85 * bound);
+}
+
 }  // namespace
 }  // namespace palpate::test

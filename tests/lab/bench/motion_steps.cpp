@@ -59,6 +59,7 @@ LevelSteps::LevelSteps(const std::shared_ptr<vulkan::Context>& context, WarmPair
   for (auto* images : {equations_, smoothed_, dual_}) {
     for (int k = 0; k < 3; ++k) make(images[k], level_.cells, VK_FORMAT_R16G16B16A16_SFLOAT);
   }
+  for (vulkan::Image& q : second_) make(q, level_.cells, VK_FORMAT_R16G16B16A16_SFLOAT);
   recorder.run();
   bricks_ = all_bricks(level_.cells);
   moment_bricks_ = all_bricks(level_.moment_cells);
@@ -244,6 +245,26 @@ void LevelSteps::add_filter(double calls) {
                                   dual_[2]},
                                  push, slice_groups(bricks_));
                     }});
+  if (level_.options.second > 0.0) {
+    const auto with_second = [this, &kernels](const vulkan::Image& read) {
+      std::vector<vulkan::Binding> bindings{list_, {read, kernels.nearest()}};
+      for (const vulkan::Image& q : second_) bindings.emplace_back(q, kernels.nearest());
+      return bindings;
+    };
+    steps_.push_back({"second differences, primal", (2.0 * kFloats + 6.0 * kHalves) * cells_,
+                      steps + calls, 1, [this, push, with_second, &kernels](vulkan::Recorder& r) {
+                        std::vector<vulkan::Binding> bindings = with_second(composed_);
+                        bindings.emplace_back(primal_);
+                        r.dispatch(kernels.tv_second_primal(), bindings, push,
+                                   slice_groups(bricks_));
+                      }});
+    steps_.push_back({"second differences, dual", (kFloats + 12.0 * kHalves) * cells_, steps, 1,
+                      [this, push, with_second, &kernels](vulkan::Recorder& r) {
+                        std::vector<vulkan::Binding> bindings = with_second(primal_);
+                        for (const vulkan::Image& q : second_) bindings.emplace_back(q);
+                        r.dispatch(kernels.tv_second_dual(), bindings, push, slice_groups(bricks_));
+                      }});
+  }
   steps_.push_back({"total variation, last, momentum", (4.0 * kFloats + 3.0 * kHalves) * cells_,
                     calls, 1, primal(true)});
 }

@@ -43,7 +43,8 @@ class LevelSteps {
   const LevelPlan level_;
   double voxels_ = 0.0, cells_ = 0.0, moment_cells_ = 0.0;
   vulkan::Image raw_, finer_, normalised_, packed_, moments_[2], no_mask_;
-  vulkan::Image field_, ahead_, composed_, primal_, seen_, equations_[3], smoothed_[3], dual_[3];
+  vulkan::Image field_, ahead_, composed_, primal_, seen_, equations_[3], smoothed_[3], dual_[3],
+      second_[6];
   BrickList bricks_, moment_bricks_;
   vulkan::Buffer list_, moment_list_, measures_, staging_;
   std::vector<Step> steps_;

@@ -63,6 +63,7 @@ std::map<std::string, Set> all_names() {
     level("cell", &LevelOptions::cell);
     level("window", &LevelOptions::window);
     level("smoothness", &LevelOptions::smoothness);
+    level("second", &LevelOptions::second);
   }
   return names;
 }

@@ -169,6 +169,19 @@ Vectors ahead(const Vectors& u, const Vectors& before, double momentum);
 Dual tv_dual(const Vectors& u, const Dual& p, glm::dvec3 slope, double c_mm, double step,
              double huber_mm, const Scalars* more = nullptr);
 
+/// Dual variable of the total variation of second derivatives: q_xx, q_yy, q_zz, q_xy, q_xz, q_yz.
+/// 0 in cells whose difference would need a cell that does not exist.
+using SecondDual = std::array<Vectors, 6>;
+
+/// w - D2^T q with (D2 u)_aa(i) = s_a^2 (u(i - e_a) - 2 u(i) + u(i + e_a)) and, for a < b,
+/// (D2 u)_ab(i) = sqrt(2) s_a s_b (u(i) - u(i + e_a) - u(i + e_b) + u(i + e_a + e_b)).
+Vectors tv_second_primal(const Vectors& w, const SecondDual& q, glm::dvec3 slope);
+
+/// q <- P((q + t D2 u) / (1 + t e / c)), P the projection onto the ball of radius c, over the 18
+/// numbers of a cell together. more: as in tv_dual().
+SecondDual tv_second_dual(const Vectors& u, const SecondDual& q, glm::dvec3 slope, double c_mm,
+                          double step, double huber_mm, const Scalars* more = nullptr);
+
 // Fields.
 
 /// to(i) = from(scale i + offset), trilinear, border clamped.

@@ -120,20 +120,93 @@ Vectors ahead(const Vectors& u, const Vectors& before, double momentum) {
   return v;
 }
 
+namespace {
+
+/// 1 plus the mean addition to the weight of a cell and the next one along each axis.
+double weight_at(glm::ivec3 i, const Scalars* more) {
+  if (!more) return 1.0;
+  double sum = more->at(i);
+  for (int axis = 0; axis < 3; ++axis) {
+    glm::ivec3 next(0);
+    next[axis] = 1;
+    sum += more->held(i + next);
+  }
+  return std::max(1e-3, 1.0 + 0.25 * sum);
+}
+
+/// One second difference: factor * sum_k weight_k u(i + offset_k), where all of these cells exist.
+struct SecondDifference {
+  double factor = 0.0;
+  std::vector<std::pair<glm::ivec3, double>> terms;
+
+  bool exists(glm::ivec3 i, glm::ivec3 size) const {
+    return std::all_of(terms.begin(), terms.end(), [&](const auto& term) {
+      const glm::ivec3 at = i + term.first;
+      return glm::all(glm::greaterThanEqual(at, glm::ivec3(0))) &&
+             glm::all(glm::lessThan(at, size));
+    });
+  }
+};
+
+std::array<SecondDifference, 6> second_differences(glm::dvec3 slope) {
+  std::array<SecondDifference, 6> all;
+  size_t mixed = 3;
+  for (int a = 0; a < 3; ++a) {
+    glm::ivec3 along(0);
+    along[a] = 1;
+    all[size_t(a)] = {slope[a] * slope[a], {{-along, 1.0}, {glm::ivec3(0), -2.0}, {along, 1.0}}};
+    for (int b = a + 1; b < 3; ++b) {
+      glm::ivec3 across(0);
+      across[b] = 1;
+      all[mixed++] = {std::sqrt(2.0) * slope[a] * slope[b],
+                      {{glm::ivec3(0), 1.0}, {along, -1.0}, {across, -1.0}, {along + across, 1.0}}};
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+Vectors tv_second_primal(const Vectors& w, const SecondDual& q, glm::dvec3 slope) {
+  Vectors u = w;
+  const auto differences = second_differences(slope);
+  for (size_t d = 0; d < q.size(); ++d) {
+    for_each(w.size, [&](glm::ivec3 i) {
+      if (!differences[d].exists(i, w.size)) return;
+      for (const auto& [offset, weight] : differences[d].terms)
+        u.at(i + offset) -= differences[d].factor * weight * q[d].at(i);
+    });
+  }
+  return u;
+}
+
+SecondDual tv_second_dual(const Vectors& u, const SecondDual& q, glm::dvec3 slope, double c_mm,
+                          double step, double huber_mm, const Scalars* more) {
+  SecondDual result = q;
+  const auto differences = second_differences(slope);
+  for_each(u.size, [&](glm::ivec3 i) {
+    const double radius = c_mm * weight_at(i, more);
+    double squares = 0.0;
+    for (size_t d = 0; d < q.size(); ++d) {
+      glm::dvec3& at = result[d].at(i);
+      if (differences[d].exists(i, u.size))
+        for (const auto& [offset, weight] : differences[d].terms)
+          at += step * differences[d].factor * weight * u.at(i + offset);
+      at /= 1.0 + step * huber_mm / radius;
+      squares += glm::dot(at, at);
+    }
+    const double over = std::sqrt(squares) / radius;
+    if (over > 1.0)
+      for (Vectors& one : result) one.at(i) /= over;
+  });
+  return result;
+}
+
 Dual tv_dual(const Vectors& u, const Dual& p, glm::dvec3 slope, double c_mm, double step,
              double huber_mm, const Scalars* more) {
   Dual result = p;
   for_each(u.size, [&](glm::ivec3 i) {
-    double radius = c_mm;
-    if (more) {
-      double sum = more->at(i);
-      for (int axis = 0; axis < 3; ++axis) {
-        glm::ivec3 next(0);
-        next[axis] = 1;
-        sum += more->held(i + next);
-      }
-      radius *= std::max(1e-3, 1.0 + 0.25 * sum);
-    }
+    const double radius = c_mm * weight_at(i, more);
     double squares = 0.0;
     for (int axis = 0; axis < 3; ++axis) {
       glm::ivec3 next(0);
