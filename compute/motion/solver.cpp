@@ -625,8 +625,8 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l) {
   const glm::ivec3 groups = slice_groups(active_);
   const glm::dvec3 slope = slopes(level);
   const bool has_second = !i.second.empty();
-  // Both duals take a step from the same field. Steps are stable up to twice those above; half of it
-  // for each, less a tenth.
+  // Both duals take a step from the same field. Steps are stable up to twice those above; half of
+  // it for each, less a tenth.
   const double share = has_second ? 0.9 : 1.0;
   const auto push_of = [&](double weight, double step) {
     return shaders::TotalVariationPush{
