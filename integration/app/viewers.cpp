@@ -63,7 +63,7 @@ Result<Viewers> open_viewers(const ViewerChoice& choice) {
     return viewers;
   }
   viewers.headset = std::make_unique<headset::HeadsetLoop>(headset::HeadsetLoopOptions{
-      choice.pass_through, choice.overlay, choice.panel, Console::verbose()});
+      choice.pass_through, choice.overlay, choice.panel, choice.calibrated, Console::verbose()});
   const headset::HeadsetLoop::Availability found = viewers.headset->found();
   if (asked && (!found.runtime || (choice.overlay && found.can_never)))
     return Error{ErrorKind::kNoDevice, found.sentence};

@@ -78,6 +78,7 @@ class HeadsetLoop::Run {
   static xr::HeadsetOptions asked_of_headset(const HeadsetLoopOptions& options) {
     xr::HeadsetOptions asked;
     asked.overlay = options.overlay;
+    if (!options.calibrated) asked.origin = xr::Origin::kLocalFloor;
     if (options.pass_through) asked.blend = xr::BlendMode::kAlpha;
     return asked;
   }
@@ -122,6 +123,15 @@ class HeadsetLoop::Run {
       loop_.tell(fmt::format("The runtime does not show bare hands in this session{}.",
                              options_.details ? ": " + report.no_hand_tracking : ""));
     no_tracking_ = report.no_hand_tracking;
+  }
+
+  /// Says once that the world may not follow a person who recentres.
+  void tell_floor(const xr::Report& report) {
+    if (options_.calibrated || floor_told_ || report.origin == xr::Origin::kLocalFloor) return;
+    floor_told_ = true;
+    loop_.tell(
+        "The runtime has no floor that follows you when you recentre (XR_EXT_local_floor): if the "
+        "volume stays behind, grab it or bring it in front of you.");
   }
 
   void tell_panel(const xr::Report& report) {
@@ -182,6 +192,7 @@ class HeadsetLoop::Run {
       if (options_.pass_through && report.blend == xr::BlendMode::kOpaque)
         loop_.tell({HeadsetEvent::Kind::kNoPassThrough,
                     "This headset does not show the room behind the volume."});
+      tell_floor(report);
       if (!headset_.colocation().keeps()) placed_ = false;
     }
     if (!placed_) {
@@ -208,8 +219,7 @@ class HeadsetLoop::Run {
     xr::Colocation& room = headset_.colocation();
     placed_ = true;
     if (scene_->calibration && !room.keeps()) {
-      const char* space = report.origin == xr::Origin::kStage ? "stage" : "local";
-      if (scene_->calibration->space == space) {
+      if (scene_->calibration->space == xr::name(report.origin)) {
         const Transform& device = felt->world_from_device;
         hang_panel(inverse(room.world_from_base()) * *head_);
         room.keep(scene_->calibration->calibration.stage_from_device,
@@ -391,7 +401,7 @@ class HeadsetLoop::Run {
   ProbeHold hold_;                              ///< in the last frame
   std::unique_ptr<sound::ContactSound> sound_;  ///< created when a finger first touches
   bool was_touching_ = false;
-  bool tracking_told_ = false;
+  bool tracking_told_ = false, floor_told_ = false;
   std::string no_tracking_;
   std::optional<PlaceCheck> check_;  ///< only with a calibration
   std::unique_ptr<ScenePicture> picture_;

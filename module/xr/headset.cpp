@@ -45,6 +45,20 @@ const char* name(HeadsetState state) {
   return "";
 }
 
+const char* name(Origin origin) {
+  switch (origin) {
+    case Origin::kStage:
+      return "stage";
+    case Origin::kLocal:
+      return "local";
+    case Origin::kView:
+      return "view";
+    case Origin::kLocalFloor:
+      return "local floor";
+  }
+  return "";
+}
+
 /// The members are in the order of the life cycle, so that they go in the opposite one.
 class Headset::Story {
  public:

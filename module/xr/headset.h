@@ -26,11 +26,16 @@ enum class HeadsetState {
 const char* name(HeadsetState state);
 
 enum class BlendMode { kOpaque, kAdditive, kAlpha };
-enum class Origin { kStage, kLocal, kView };
+/// Where the base space has its origin. kStage: it stays in the room. kLocal: at the head of the
+/// person; kLocalFloor: below it, on the floor (XR_EXT_local_floor): both move when the person
+/// recentres. kView: in the head, always.
+enum class Origin { kStage, kLocal, kView, kLocalFloor };
+const char* name(Origin origin);
 
 struct HeadsetOptions {
-  bool validation = false;               ///< Vulkan validation layers, if installed
-  Origin origin = Origin::kStage;        ///< kStage falls back to kLocal where there is none
+  bool validation = false;  ///< Vulkan validation layers, if installed
+  /// kLocalFloor falls back to kStage, and kStage to kLocal, where there is none.
+  Origin origin = Origin::kStage;
   BlendMode blend = BlendMode::kOpaque;  ///< used where offered, else the runtime's first choice
   /// Above the picture of another OpenXR program that runs at the same time, on runtimes that can
   /// (XR_EXTX_overlay); of several overlays the higher number is in front. None: palpate is the

@@ -4,6 +4,8 @@
 #include <cstring>
 #include <vector>
 
+#include "module/xr/newer_openxr.h"
+
 namespace palpate::xr {
 namespace {
 
@@ -62,6 +64,7 @@ Outcome<Instance> Instance::make(bool overlay) {
   const bool mask = want(XR_KHR_VISIBILITY_MASK_EXTENSION_NAME);
   const bool clock = want(XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME);
   const bool hands = want(XR_EXT_HAND_TRACKING_EXTENSION_NAME);
+  want(kLocalFloorExtension);  // its space is one of those that xrEnumerateReferenceSpaces gives
 
   XrInstanceCreateInfo create{XR_TYPE_INSTANCE_CREATE_INFO};
   std::strncpy(create.applicationInfo.applicationName, "palpate", XR_MAX_APPLICATION_NAME_SIZE - 1);

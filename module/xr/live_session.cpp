@@ -122,11 +122,11 @@ Outcome<Duty> LiveSession::obey(const XrEventDataBuffer& event) {
 }
 
 void LiveSession::space_changes(const XrEventDataReferenceSpaceChangePending& change) {
-  const bool stage = change.referenceSpaceType == XR_REFERENCE_SPACE_TYPE_STAGE;
-  if (!stage && change.referenceSpaceType != XR_REFERENCE_SPACE_TYPE_LOCAL) return;
+  const auto room = spaces_.room_of(change.referenceSpaceType);
+  if (!room) return;
   std::optional<Pose> previous_from_new;
   if (change.poseValid) previous_from_new = pose_of(change.poseInPreviousSpace);
-  colocation_.change(stage ? Room::kStage : Room::kLocal, change.changeTime, previous_from_new);
+  colocation_.change(*room, change.changeTime, previous_from_new);
 }
 
 Done LiveSession::vibrate(int hand, double amplitude) {

@@ -151,6 +151,37 @@ TEST_F(HostWithHeadset, HearsOnceThatItsDeviceIsNotCalibrated) {
   EXPECT_EQ(heard(Kind::kNoPassThrough), 0) << "pass-through was not requested";
 }
 
+TEST_F(HostWithHeadset, KeepsTheVolumeBeforeAPersonWhoRecentresOrSaysOnceThatItMayStayBehind) {
+  const auto says_so = [&] {
+    return std::count_if(events.begin(), events.end(), [](const HeadsetEvent& event) {
+      return event.sentence.find("XR_EXT_local_floor") != std::string::npos;
+    });
+  };
+  start_loop({}, true);
+  ASSERT_TRUE(until([&] { return control().last_frame().layers > 0; }));
+  EXPECT_EQ(control().last_frame().space, test::fake::kLocalFloor);
+  EXPECT_EQ(says_so(), 0);
+  loop.reset();
+
+  control().reset();
+  std::erase(control().setup().extensions, "XR_EXT_local_floor");
+  start_loop({}, true);
+  ASSERT_TRUE(until([&] { return control().last_frame().layers > 0; }));
+  EXPECT_EQ(control().last_frame().space, XR_REFERENCE_SPACE_TYPE_STAGE);
+  control().lose_session();
+  ASSERT_TRUE(until([&] { return control().calls("xrCreateSession") == 2; }));
+  const uint64_t frames = control().frames();
+  ASSERT_TRUE(until([&] { return control().frames() > frames + 10; }));
+  EXPECT_EQ(says_so(), 1);
+  loop.reset();
+
+  // A calibrated device stands in the room: its world stays there.
+  control().reset();
+  start_loop({.calibrated = true}, true);
+  ASSERT_TRUE(until([&] { return control().last_frame().layers > 0; }));
+  EXPECT_EQ(control().last_frame().space, XR_REFERENCE_SPACE_TYPE_STAGE);
+}
+
 TEST_F(HostWithHeadset, HearsThatTheHeadsetShowsNoRoom) {
   control().setup().blend_modes = {XR_ENVIRONMENT_BLEND_MODE_OPAQUE};
   start_loop({.pass_through = true}, false);

@@ -31,8 +31,9 @@ XrResult xr_EnumerateReferenceSpaces(XrSession handle, uint32_t capacity, uint32
                                      XrReferenceSpaceType* spaces) {
   const Call call("xrEnumerateReferenceSpaces", handle);
   if (call.answered()) return call.answer();
-  return enumerate(world().setup().spaces, capacity, count, spaces,
-                   [](auto from, auto& to) { to = from; });
+  std::vector<XrReferenceSpaceType> offered = world().setup().spaces;
+  if (!world().offers_floor()) std::erase(offered, kLocalFloor);
+  return enumerate(offered, capacity, count, spaces, [](auto from, auto& to) { to = from; });
 }
 
 XrResult xr_CreateReferenceSpace(XrSession handle, const XrReferenceSpaceCreateInfo* create,
@@ -41,7 +42,8 @@ XrResult xr_CreateReferenceSpace(XrSession handle, const XrReferenceSpaceCreateI
   if (call.answered()) return call.answer();
   World& w = world();
   const auto& offered = w.setup().spaces;
-  if (std::find(offered.begin(), offered.end(), create->referenceSpaceType) == offered.end())
+  if (std::find(offered.begin(), offered.end(), create->referenceSpaceType) == offered.end() ||
+      (create->referenceSpaceType == kLocalFloor && !w.offers_floor()))
     return w.violation("xrCreateReferenceSpace", XR_ERROR_REFERENCE_SPACE_UNSUPPORTED);
   if (!unit(create->poseInReferenceSpace.orientation))
     return w.violation("xrCreateReferenceSpace: pose", XR_ERROR_POSE_INVALID);

@@ -21,14 +21,17 @@ XrPosef standing_head(XrTime time) {
 
 Setup defaults() {
   Setup setup;
-  setup.extensions = {
-      XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME,  XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME,
-      XR_KHR_VISIBILITY_MASK_EXTENSION_NAME, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
-      XR_EXTX_OVERLAY_EXTENSION_NAME,        XR_EXT_HAND_TRACKING_EXTENSION_NAME};
+  setup.extensions = {XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME,
+                      XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME,
+                      XR_KHR_VISIBILITY_MASK_EXTENSION_NAME,
+                      XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
+                      XR_EXTX_OVERLAY_EXTENSION_NAME,
+                      XR_EXT_HAND_TRACKING_EXTENSION_NAME,
+                      "XR_EXT_local_floor"};
   setup.formats = {VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_R8G8B8A8_UNORM,
                    VK_FORMAT_D32_SFLOAT};
   setup.spaces = {XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL,
-                  XR_REFERENCE_SPACE_TYPE_STAGE};
+                  XR_REFERENCE_SPACE_TYPE_STAGE, kLocalFloor};
   setup.blend_modes = {XR_ENVIRONMENT_BLEND_MODE_OPAQUE, XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND};
   // For programs that do not use Control.
   if (const char* frames = std::getenv("PALPATE_FAKE_XR_FRAMES"))
@@ -207,21 +210,45 @@ void World::lose_session() {
 
 void World::recentre(XrReferenceSpaceType space, XrTime at, const XrPosef& pose, bool say_pose) {
   const std::lock_guard lock(mutex);
+  const auto tell = [&](XrReferenceSpaceType of, const XrPosef& moved, bool say) {
+    XrEventDataReferenceSpaceChangePending pending{
+        XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING};
+    pending.session = session();
+    pending.referenceSpaceType = of;
+    pending.changeTime = at;
+    pending.poseValid = say;
+    pending.poseInPreviousSpace = say ? moved : identity();
+    XrEventDataBuffer buffer{XR_TYPE_EVENT_DATA_BUFFER};
+    std::memcpy(&buffer, &pending, sizeof pending);
+    events.push_back(buffer);
+  };
+  const XrPosef floor_before = room_from(kLocalFloor, at);
   // This change is relative to the newest of those that are valid at that time.
   changes.push_back({space, at, compose(room_from(space, at), pose)});
-  XrEventDataReferenceSpaceChangePending pending{XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING};
-  pending.session = session();
-  pending.referenceSpaceType = space;
-  pending.changeTime = at;
-  pending.poseValid = say_pose;
-  pending.poseInPreviousSpace = say_pose ? pose : identity();
-  XrEventDataBuffer buffer{XR_TYPE_EVENT_DATA_BUFFER};
-  std::memcpy(&buffer, &pending, sizeof pending);
-  events.push_back(buffer);
+  tell(space, pose, say_pose);
+  if (!offers_floor()) return;
+  // The floor lies below LOCAL. How far it moves is hidden only with LOCAL: of the stage it has the
+  // height alone.
+  tell(kLocalFloor, compose(inverted(floor_before), room_from(kLocalFloor, at)),
+       say_pose || space == XR_REFERENCE_SPACE_TYPE_STAGE);
+}
+
+bool World::offers_floor() const {
+  const auto& spaces = settings.spaces;
+  if (std::find(spaces.begin(), spaces.end(), kLocalFloor) == spaces.end()) return false;
+  return std::any_of(objects.begin(), objects.end(), [](const auto& entry) {
+    return entry.second->kind == Kind::kInstance &&
+           static_cast<const Instance*>(entry.second.get())->extensions.count("XR_EXT_local_floor");
+  });
 }
 
 XrPosef World::room_from(XrReferenceSpaceType space, XrTime at) const {
   if (space == XR_REFERENCE_SPACE_TYPE_VIEW) return head(at);
+  if (space == kLocalFloor) {
+    XrPosef floor = room_from(XR_REFERENCE_SPACE_TYPE_LOCAL, at);
+    floor.position.y = room_from(XR_REFERENCE_SPACE_TYPE_STAGE, at).position.y;
+    return floor;
+  }
   XrPosef pose = identity();
   if (space == XR_REFERENCE_SPACE_TYPE_LOCAL) pose.position.y = 1.6F;
   for (const SpaceChange& change : changes)

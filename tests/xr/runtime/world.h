@@ -157,6 +157,8 @@ class World : public Control {
   void next_frame();
   /// As from a menu of the runtime's own.
   void exit_by_person();
+  /// Whether there is a LOCAL_FLOOR: only where its extension is enabled.
+  bool offers_floor() const;
   XrTime period() const { return XrTime(1e9 / settings.rate_hz + 0.5); }
   /// Records an error of the caller and returns `result`.
   XrResult violation(const std::string& what, XrResult result = XR_ERROR_VALIDATION_FAILURE);

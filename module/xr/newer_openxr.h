@@ -1,0 +1,13 @@
+#pragma once
+
+#include <openxr/openxr.h>
+
+/// What the headers of Debian 12 (OpenXR 1.0.20) do not declare, with the numbers of Khronos'
+/// registry (xr.xml); not for other folders.
+namespace palpate::xr {
+
+// XR_EXT_local_floor, extension 427
+inline constexpr const char* kLocalFloorExtension = "XR_EXT_local_floor";
+inline constexpr XrReferenceSpaceType kLocalFloorSpace = XrReferenceSpaceType(1000426000);
+
+}  // namespace palpate::xr
