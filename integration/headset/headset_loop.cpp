@@ -120,7 +120,7 @@ class HeadsetLoop::Run {
           "lays a stream tube; two short pinches in a row keep the tubes.");
     tracking_told_ |= report.hand_tracking;
     if (report.no_hand_tracking != no_tracking_ && !report.no_hand_tracking.empty())
-      loop_.tell(fmt::format("The runtime does not show bare hands in this session{}.",
+      loop_.tell(fmt::format("The runtime does not give the joints of bare hands in this session{}.",
                              options_.details ? ": " + report.no_hand_tracking : ""));
     no_tracking_ = report.no_hand_tracking;
   }

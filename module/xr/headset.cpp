@@ -138,7 +138,7 @@ void Headset::Story::take(const Round& round) {
   if (!live) return;
   report.state = state_of(live->session().life());
   report.main_visible = live->main_visible();
-  report.hand_tracking = live->tracking().works();
+  report.hand_tracking = live->bare_hands();
   report.no_hand_tracking = live->tracking().refused();
   report.no_panel = call_text(live->no_panel());
 }

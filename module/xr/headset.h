@@ -58,7 +58,8 @@ struct Report {
   bool depth = false;  ///< the depth layer is handed over
   /// The room, or the program below an overlay, is visible where the picture does not cover it.
   bool see_through = false;
-  bool hand_tracking = false;    ///< hands without controllers are looked for
+  /// Hands without controllers are looked for by their joints, or one is the runtime's input now.
+  bool hand_tracking = false;
   std::string no_hand_tracking;  ///< the call that was refused for them; empty: none
   /// The call that was refused for what hangs beside the picture; empty: none.
   std::string no_panel;

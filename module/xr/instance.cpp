@@ -64,6 +64,7 @@ Outcome<Instance> Instance::make(bool overlay) {
   const bool mask = want(XR_KHR_VISIBILITY_MASK_EXTENSION_NAME);
   const bool clock = want(XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME);
   const bool hands = want(XR_EXT_HAND_TRACKING_EXTENSION_NAME);
+  made.hand_interaction_ = want(kHandInteractionExtension);
   want(kLocalFloorExtension);  // its space is one of those that xrEnumerateReferenceSpaces gives
 
   XrInstanceCreateInfo create{XR_TYPE_INSTANCE_CREATE_INFO};

@@ -28,6 +28,7 @@ class Instance {
   bool has_depth_layer() const { return depth_layer_; }
   bool has_visibility_mask() const { return get_visibility_mask != nullptr; }
   bool has_hand_tracking() const { return create_hand_tracker != nullptr; }
+  bool has_hand_interaction() const { return hand_interaction_; }
   bool has_clock() const { return convert_time_to_timespec != nullptr; }
 
   /// True with the next event in `event`, or false. The caller reuses one buffer, since it has 4
@@ -53,7 +54,7 @@ class Instance {
 
   XrHandle<XrInstance, xrDestroyInstance> handle_;
   std::string runtime_;
-  bool depth_layer_ = false;
+  bool depth_layer_ = false, hand_interaction_ = false;
 };
 
 }  // namespace palpate::xr

@@ -34,6 +34,7 @@ class LiveSession {
   bool see_through() const { return overlay_ || blend_ == XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND; }
   bool main_visible() const { return main_visible_; }
   const HandTracking& tracking() const { return tracking_; }
+  bool bare_hands() const { return tracking_.works() || actions_.bare_hands(); }
   const Problem& no_panel() const { return loop_.no_panel(); }
 
  private:

@@ -10,4 +10,9 @@ namespace palpate::xr {
 inline constexpr const char* kLocalFloorExtension = "XR_EXT_local_floor";
 inline constexpr XrReferenceSpaceType kLocalFloorSpace = XrReferenceSpaceType(1000426000);
 
+// XR_EXT_hand_interaction, extension 303: paths only
+inline constexpr const char* kHandInteractionExtension = "XR_EXT_hand_interaction";
+inline constexpr const char* kHandInteractionProfile =
+    "/interaction_profiles/ext/hand_interaction_ext";
+
 }  // namespace palpate::xr

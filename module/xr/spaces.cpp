@@ -81,7 +81,7 @@ Outcome<std::optional<Pose>> Spaces::stage_from_local(XrTime time) const {
 }
 
 Outcome<std::optional<Pose>> locate(XrSpace space, XrSpace base, XrTime time,
-                                    glm::dvec3* velocity_m_per_s) {
+                                    glm::dvec3* velocity_m_per_s, bool tracked) {
   XrSpaceVelocity velocity{XR_TYPE_SPACE_VELOCITY};
   XrSpaceLocation location{XR_TYPE_SPACE_LOCATION};
   if (velocity_m_per_s) location.next = &velocity;
@@ -93,7 +93,9 @@ Outcome<std::optional<Pose>> locate(XrSpace space, XrSpace base, XrTime time,
   }
   constexpr XrSpaceLocationFlags kValid =
       XR_SPACE_LOCATION_POSITION_VALID_BIT | XR_SPACE_LOCATION_ORIENTATION_VALID_BIT;
-  if ((location.locationFlags & kValid) != kValid) return std::optional<Pose>();
+  const XrSpaceLocationFlags wanted =
+      kValid | (tracked ? XR_SPACE_LOCATION_POSITION_TRACKED_BIT : 0);
+  if ((location.locationFlags & wanted) != wanted) return std::optional<Pose>();
   return std::optional<Pose>(pose_of(location.pose));
 }
 

@@ -31,9 +31,10 @@ class Spaces {
   Origin origin_ = Origin::kLocal;
 };
 
-/// base_from_space at a time, or none where position and orientation are not both valid.
-/// velocity: filled in where the runtime knows it.
+/// base_from_space at a time, or none where position and orientation are not both valid, or, if
+/// `tracked` is asked for, where the runtime guesses the position. velocity: filled in where the
+/// runtime knows it.
 Outcome<std::optional<Pose>> locate(XrSpace space, XrSpace base, XrTime time,
-                                    glm::dvec3* velocity_m_per_s = nullptr);
+                                    glm::dvec3* velocity_m_per_s = nullptr, bool tracked = false);
 
 }  // namespace palpate::xr

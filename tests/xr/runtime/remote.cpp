@@ -179,6 +179,9 @@ void obey(const std::string& line, World& world) {
     words >> world.setup().profile;
   } else if (command == "rate") {
     words >> world.setup().rate_hz;
+  } else if (command == "without") {
+    words >> what;
+    std::erase(world.setup().extensions, what);
   } else if (command == "headset") {
     words >> what;
     world.setup().headset_on = what == "on";

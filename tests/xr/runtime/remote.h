@@ -22,6 +22,7 @@ class World;
 ///   view WIDTH HEIGHT                of the next session's pictures
 ///   profile PATH                     which controllers the next session's hands hold
 ///   rate HZ                          of the display
+///   without EXTENSION                the next instance is not offered it
 ///   headset on|off, runtime up|down, lose session|instance, pictures on
 ///   recentre X Y Z                   the stage's origin moves, and the runtime says how far
 ///   exit                             the person ends the session

@@ -27,7 +27,8 @@ Setup defaults() {
                       XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
                       XR_EXTX_OVERLAY_EXTENSION_NAME,
                       XR_EXT_HAND_TRACKING_EXTENSION_NAME,
-                      "XR_EXT_local_floor"};
+                      "XR_EXT_local_floor",
+                      "XR_EXT_hand_interaction"};
   setup.formats = {VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_R8G8B8A8_UNORM,
                    VK_FORMAT_D32_SFLOAT};
   setup.spaces = {XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL,
@@ -235,10 +236,22 @@ void World::recentre(XrReferenceSpaceType space, XrTime at, const XrPosef& pose,
 
 bool World::offers_floor() const {
   const auto& spaces = settings.spaces;
-  if (std::find(spaces.begin(), spaces.end(), kLocalFloor) == spaces.end()) return false;
-  return std::any_of(objects.begin(), objects.end(), [](const auto& entry) {
+  return std::find(spaces.begin(), spaces.end(), kLocalFloor) != spaces.end() &&
+         enabled("XR_EXT_local_floor");
+}
+
+std::string World::profile_of(int side) const {
+  if (hands[side]) return settings.profile;
+  const bool seen = settings.sees_hands && fingers[side] && fingers[side](time);
+  return seen && enabled("XR_EXT_hand_interaction")
+             ? "/interaction_profiles/ext/hand_interaction_ext"
+             : "";
+}
+
+bool World::enabled(const std::string& extension) const {
+  return std::any_of(objects.begin(), objects.end(), [&](const auto& entry) {
     return entry.second->kind == Kind::kInstance &&
-           static_cast<const Instance*>(entry.second.get())->extensions.count("XR_EXT_local_floor");
+           static_cast<const Instance*>(entry.second.get())->extensions.count(extension);
   });
 }
 
