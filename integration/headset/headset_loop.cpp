@@ -78,6 +78,7 @@ class HeadsetLoop::Run {
   static xr::HeadsetOptions asked_of_headset(const HeadsetLoopOptions& options) {
     xr::HeadsetOptions asked;
     asked.overlay = options.overlay;
+    asked.refresh_hz = options.refresh_hz;
     if (!options.calibrated) asked.origin = xr::Origin::kLocalFloor;
     if (options.pass_through) asked.blend = xr::BlendMode::kAlpha;
     return asked;
@@ -103,6 +104,7 @@ class HeadsetLoop::Run {
     tell_found(report);
     tell_tracking(report);
     tell_panel(report);
+    tell_rate(report);
     tell_sound();
     if (!scene_) begin();
     if (scene_) gate(report, now_ns);
@@ -120,8 +122,9 @@ class HeadsetLoop::Run {
           "lays a stream tube; two short pinches in a row keep the tubes.");
     tracking_told_ |= report.hand_tracking;
     if (report.no_hand_tracking != no_tracking_ && !report.no_hand_tracking.empty())
-      loop_.tell(fmt::format("The runtime does not give the joints of bare hands in this session{}.",
-                             options_.details ? ": " + report.no_hand_tracking : ""));
+      loop_.tell(
+          fmt::format("The runtime does not give the joints of bare hands in this session{}.",
+                      options_.details ? ": " + report.no_hand_tracking : ""));
     no_tracking_ = report.no_hand_tracking;
   }
 
@@ -139,6 +142,40 @@ class HeadsetLoop::Run {
       loop_.tell(fmt::format("The runtime shows no text beside the volume{}.",
                              options_.details ? ": " + report.no_panel : ""));
     no_panel_ = report.no_panel;
+  }
+
+  /// Says which rate the display is to have, and why, once for each choice; and when the runtime
+  /// takes another one.
+  void tell_rate(const xr::Report& report) {
+    const xr::DisplayRate& rate = report.display;
+    if (options_.refresh_hz > 0.0 && report.sessions > 0 && rate.offered_hz.empty() &&
+        rate.refused.empty() && !no_rates_told_) {
+      no_rates_told_ = true;
+      loop_.tell("The runtime lets no program choose the display's rate: it stays as it is.");
+    }
+    if (rate.refused != no_rate_ && !rate.refused.empty())
+      loop_.tell(fmt::format("The runtime did not change the display's rate{}.",
+                             options_.details ? ": " + rate.refused : ""));
+    no_rate_ = rate.refused;
+    // A session may choose in the step in which it begins.
+    if (report.sessions != rate_sessions_) asked_hz_ = 0.0;
+    rate_sessions_ = report.sessions;
+    if (rate.hz != reported_hz_) {
+      if (asked_hz_ > 0.0 && rate.hz != expected_hz_)
+        loop_.tell(fmt::format("The runtime has changed the display's rate to {:g} Hz.", rate.hz));
+      expected_hz_ = reported_hz_ = rate.hz;
+    }
+    if (rate.chosen_hz > 0.0 && asked_hz_ == 0.0) {
+      expected_hz_ = rate.chosen_hz;
+      if (rate.chosen_hz != told_hz_)
+        loop_.tell(fmt::format("The display is to run at {:g} Hz, of {:g}{}.", rate.chosen_hz,
+                               fmt::join(rate.offered_hz, ", "),
+                               rate.needed_s > 0.0
+                                   ? fmt::format(": a picture needs {:.1f} ms", 1e3 * rate.needed_s)
+                                   : ""));
+      told_hz_ = rate.chosen_hz;
+    }
+    asked_hz_ = rate.chosen_hz;
   }
 
   void tell_sound() {
@@ -413,7 +450,11 @@ class HeadsetLoop::Run {
   Pose room_from_panel_;
   std::vector<ButtonHelp> help_;
   bool shows_panel_ = true;
-  std::string no_panel_;
+  std::string no_panel_, no_rate_;
+  bool no_rates_told_ = false;
+  uint64_t rate_sessions_ = 0;
+  double asked_hz_ = 0.0;  ///< by this session, at the last step
+  double told_hz_ = 0.0, reported_hz_ = 0.0, expected_hz_ = 0.0;
   std::optional<Pose> head_;  ///< world, in the last frame that asked for a picture
   bool main_visible_ = true;
   bool guess_told_ = false, placed_ = false, shown_ = false, was_shown_ = false, ending_ = false;

@@ -141,6 +141,7 @@ void Headset::Story::take(const Round& round) {
   report.hand_tracking = live->bare_hands();
   report.no_hand_tracking = live->tracking().refused();
   report.no_panel = call_text(live->no_panel());
+  report.display = live->display();
 }
 
 Done Headset::Story::arrive() {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "module/xr/colocation.h"
+#include "module/xr/display_rate.h"
 #include "module/xr/picture_source.h"
 #include "module/xr/problem.h"
 
@@ -43,6 +44,9 @@ struct HeadsetOptions {
   std::optional<uint32_t> overlay;
   /// Picture size as a fraction of what the runtime recommends.
   double view_scale = 1.0;
+  /// Rate of the display, Hz, where the runtime lets programs choose it: the next one that it
+  /// offers. 0: the highest at which the source's pictures are good enough; as an overlay, none.
+  double refresh_hz = 0.0;
   uint64_t memory_cap_bytes = 0;  ///< for vulkan::ContextOptions
 };
 
@@ -63,6 +67,7 @@ struct Report {
   std::string no_hand_tracking;  ///< the call that was refused for them; empty: none
   /// The call that was refused for what hangs beside the picture; empty: none.
   std::string no_panel;
+  DisplayRate display;
   bool main_visible = true;  ///< an overlay's: the program below is seen
   /// As of the last frame; at rest in every state but kFocused. Read here what must end when frames
   /// stop, such as the dead-man: a PictureSource is not called then.

@@ -48,9 +48,12 @@ class Instance {
   PFN_xrCreateHandTrackerEXT create_hand_tracker = nullptr;  ///< all three, or none
   PFN_xrDestroyHandTrackerEXT destroy_hand_tracker = nullptr;
   PFN_xrLocateHandJointsEXT locate_hand_joints = nullptr;
+  PFN_xrEnumerateDisplayRefreshRatesFB enumerate_refresh_rates = nullptr;  ///< the same
+  PFN_xrGetDisplayRefreshRateFB get_refresh_rate = nullptr;
+  PFN_xrRequestDisplayRefreshRateFB request_refresh_rate = nullptr;
 
  private:
-  Done load_functions(bool clock, bool mask, bool hands);
+  Done load_functions(bool clock, bool mask, bool hands, bool rates);
 
   XrHandle<XrInstance, xrDestroyInstance> handle_;
   std::string runtime_;

@@ -31,6 +31,8 @@ struct Setup {
   std::vector<XrEnvironmentBlendMode> blend_modes;
   uint32_t view_width = 64, view_height = 48;
   double rate_hz = 90.0;
+  /// Of the display, that programs may choose from (XR_FB_display_refresh_rate).
+  std::vector<float> rates_hz = {72.0F, 90.0F, 120.0F};
   bool headset_on = true;  ///< false: FORM_FACTOR_UNAVAILABLE
   bool runtime_up = true;  ///< false: xrCreateInstance gives RUNTIME_FAILURE
   /// sessions only with the last VkDevice made through this instance
@@ -126,6 +128,8 @@ class Control {
   /// An event, then every call fails with it.
   virtual void lose_instance() = 0;
   virtual void lose_session() = 0;
+  /// The runtime changes the display's rate by itself.
+  virtual void change_rate(double hz) = 0;
   virtual void push_event(const XrEventDataBuffer& event) = 0;
   virtual XrSession session() const = 0;  ///< the newest, or null
   virtual XrSessionState state() const = 0;

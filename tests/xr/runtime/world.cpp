@@ -28,7 +28,8 @@ Setup defaults() {
                       XR_EXTX_OVERLAY_EXTENSION_NAME,
                       XR_EXT_HAND_TRACKING_EXTENSION_NAME,
                       "XR_EXT_local_floor",
-                      "XR_EXT_hand_interaction"};
+                      "XR_EXT_hand_interaction",
+                      XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME};
   setup.formats = {VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_R8G8B8A8_UNORM,
                    VK_FORMAT_D32_SFLOAT};
   setup.spaces = {XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL,
@@ -207,6 +208,19 @@ void World::lose_instance() {
 void World::lose_session() {
   const std::lock_guard lock(mutex);
   if (Session* session = newest_session()) session->lost = true;
+}
+
+void World::change_rate(double hz) {
+  const std::lock_guard lock(mutex);
+  if (hz == settings.rate_hz) return;
+  XrEventDataDisplayRefreshRateChangedFB changed{
+      XR_TYPE_EVENT_DATA_DISPLAY_REFRESH_RATE_CHANGED_FB};
+  changed.fromDisplayRefreshRate = float(settings.rate_hz);
+  changed.toDisplayRefreshRate = float(hz);
+  settings.rate_hz = hz;
+  XrEventDataBuffer buffer{XR_TYPE_EVENT_DATA_BUFFER};
+  std::memcpy(&buffer, &changed, sizeof changed);
+  if (enabled(XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME)) events.push_back(buffer);
 }
 
 void World::recentre(XrReferenceSpaceType space, XrTime at, const XrPosef& pose, bool say_pose) {

@@ -126,6 +126,7 @@ class World : public Control {
   void announce(XrSessionState state) override;
   void lose_instance() override;
   void lose_session() override;
+  void change_rate(double hz) override;
   void push_event(const XrEventDataBuffer& event) override { events.push_back(event); }
   XrSession session() const override;
   XrSessionState state() const override;
