@@ -117,6 +117,11 @@ void add_seeing(CLI::App& app, FeelCommand& command) {
          "overlays the higher number is in front. Needs a runtime that can (Monado, WiVRn)")
       ->type_name("NUMBER")
       ->check(whole_number_in(0, 1'000'000));
+  app.add_option("--refresh-rate", command.refresh_hz,
+                 "Rate of the headset's display, Hz: the next one that its runtime offers. Without "
+                 "it the highest at which the pictures are good enough")
+      ->type_name("HZ")
+      ->check(number_in({30.0, 500.0, false, "Hz"}));
   app.add_flag_callback(
       "--no-panel", [&command] { command.panel = false; },
       "In the headset, no text and slices beside the volume");

@@ -260,6 +260,8 @@ class FeelRun {
     choice.pass_through = command_.pass_through;
     choice.overlay = command_.overlay;
     choice.panel = command_.panel;
+    choice.refresh_hz = command_.refresh_hz;
+    choice.calibrated = calibration_.has_value();
     choice.scene_name = name_of(command_);
     choice.gpu = command_.gpu;
     choice.view = command_.view;

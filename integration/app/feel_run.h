@@ -32,6 +32,7 @@ struct FeelCommand {
   bool sound = true;  ///< sound of contact for a bare finger in a headset
   bool pass_through = false;
   bool panel = true;                ///< text in the headset
+  double refresh_hz = 0.0;          ///< of the headset's display; 0: what the pictures can hold
   std::optional<uint32_t> overlay;  ///< draw above another OpenXR program
 
   bool page_hand = false;  ///< the hand is one in the live page, without a force device

@@ -62,8 +62,9 @@ Result<Viewers> open_viewers(const ViewerChoice& choice) {
     viewers.why = "in picture files, as asked.";
     return viewers;
   }
-  viewers.headset = std::make_unique<headset::HeadsetLoop>(headset::HeadsetLoopOptions{
-      choice.pass_through, choice.overlay, choice.panel, Console::verbose()});
+  viewers.headset = std::make_unique<headset::HeadsetLoop>(
+      headset::HeadsetLoopOptions{choice.pass_through, choice.overlay, choice.panel,
+                                  choice.refresh_hz, choice.calibrated, Console::verbose()});
   const headset::HeadsetLoop::Availability found = viewers.headset->found();
   if (asked && (!found.runtime || (choice.overlay && found.can_never)))
     return Error{ErrorKind::kNoDevice, found.sentence};

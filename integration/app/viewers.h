@@ -17,6 +17,8 @@ struct ViewerChoice {
   bool pass_through = false;        ///< show the room behind the volume if the headset supports it
   std::optional<uint32_t> overlay;  ///< above another OpenXR program, see xr::HeadsetOptions
   bool panel = true;                ///< text and slices in the headset
+  double refresh_hz = 0.0;          ///< of the headset's display; 0: what the pictures can hold
+  bool calibrated = false;          ///< the place of the force device in the room is known
   std::string scene_name;
   DeviceOptions gpu;
   ViewChoices view;

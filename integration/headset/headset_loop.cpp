@@ -78,6 +78,8 @@ class HeadsetLoop::Run {
   static xr::HeadsetOptions asked_of_headset(const HeadsetLoopOptions& options) {
     xr::HeadsetOptions asked;
     asked.overlay = options.overlay;
+    asked.refresh_hz = options.refresh_hz;
+    if (!options.calibrated) asked.origin = xr::Origin::kLocalFloor;
     if (options.pass_through) asked.blend = xr::BlendMode::kAlpha;
     return asked;
   }
@@ -102,6 +104,7 @@ class HeadsetLoop::Run {
     tell_found(report);
     tell_tracking(report);
     tell_panel(report);
+    tell_rate(report);
     tell_sound();
     if (!scene_) begin();
     if (scene_) gate(report, now_ns);
@@ -119,9 +122,19 @@ class HeadsetLoop::Run {
           "lays a stream tube; two short pinches in a row keep the tubes.");
     tracking_told_ |= report.hand_tracking;
     if (report.no_hand_tracking != no_tracking_ && !report.no_hand_tracking.empty())
-      loop_.tell(fmt::format("The runtime does not show bare hands in this session{}.",
-                             options_.details ? ": " + report.no_hand_tracking : ""));
+      loop_.tell(
+          fmt::format("The runtime does not give the joints of bare hands in this session{}.",
+                      options_.details ? ": " + report.no_hand_tracking : ""));
     no_tracking_ = report.no_hand_tracking;
+  }
+
+  /// Says once that the world may not follow a person who recentres.
+  void tell_floor(const xr::Report& report) {
+    if (options_.calibrated || floor_told_ || report.origin == xr::Origin::kLocalFloor) return;
+    floor_told_ = true;
+    loop_.tell(
+        "The runtime has no floor that follows you when you recentre (XR_EXT_local_floor): if the "
+        "volume stays behind, grab it or bring it in front of you.");
   }
 
   void tell_panel(const xr::Report& report) {
@@ -129,6 +142,40 @@ class HeadsetLoop::Run {
       loop_.tell(fmt::format("The runtime shows no text beside the volume{}.",
                              options_.details ? ": " + report.no_panel : ""));
     no_panel_ = report.no_panel;
+  }
+
+  /// Says which rate the display is to have, and why, once for each choice; and when the runtime
+  /// takes another one.
+  void tell_rate(const xr::Report& report) {
+    const xr::DisplayRate& rate = report.display;
+    if (options_.refresh_hz > 0.0 && report.sessions > 0 && rate.offered_hz.empty() &&
+        rate.refused.empty() && !no_rates_told_) {
+      no_rates_told_ = true;
+      loop_.tell("The runtime lets no program choose the display's rate: it stays as it is.");
+    }
+    if (rate.refused != no_rate_ && !rate.refused.empty())
+      loop_.tell(fmt::format("The runtime did not change the display's rate{}.",
+                             options_.details ? ": " + rate.refused : ""));
+    no_rate_ = rate.refused;
+    // A session may choose in the step in which it begins.
+    if (report.sessions != rate_sessions_) asked_hz_ = 0.0;
+    rate_sessions_ = report.sessions;
+    if (rate.hz != reported_hz_) {
+      if (asked_hz_ > 0.0 && rate.hz != expected_hz_)
+        loop_.tell(fmt::format("The runtime has changed the display's rate to {:g} Hz.", rate.hz));
+      expected_hz_ = reported_hz_ = rate.hz;
+    }
+    if (rate.chosen_hz > 0.0 && asked_hz_ == 0.0) {
+      expected_hz_ = rate.chosen_hz;
+      if (rate.chosen_hz != told_hz_)
+        loop_.tell(fmt::format("The display is to run at {:g} Hz, of {:g}{}.", rate.chosen_hz,
+                               fmt::join(rate.offered_hz, ", "),
+                               rate.needed_s > 0.0
+                                   ? fmt::format(": a picture needs {:.1f} ms", 1e3 * rate.needed_s)
+                                   : ""));
+      told_hz_ = rate.chosen_hz;
+    }
+    asked_hz_ = rate.chosen_hz;
   }
 
   void tell_sound() {
@@ -182,6 +229,7 @@ class HeadsetLoop::Run {
       if (options_.pass_through && report.blend == xr::BlendMode::kOpaque)
         loop_.tell({HeadsetEvent::Kind::kNoPassThrough,
                     "This headset does not show the room behind the volume."});
+      tell_floor(report);
       if (!headset_.colocation().keeps()) placed_ = false;
     }
     if (!placed_) {
@@ -208,8 +256,7 @@ class HeadsetLoop::Run {
     xr::Colocation& room = headset_.colocation();
     placed_ = true;
     if (scene_->calibration && !room.keeps()) {
-      const char* space = report.origin == xr::Origin::kStage ? "stage" : "local";
-      if (scene_->calibration->space == space) {
+      if (scene_->calibration->space == xr::name(report.origin)) {
         const Transform& device = felt->world_from_device;
         hang_panel(inverse(room.world_from_base()) * *head_);
         room.keep(scene_->calibration->calibration.stage_from_device,
@@ -391,7 +438,7 @@ class HeadsetLoop::Run {
   ProbeHold hold_;                              ///< in the last frame
   std::unique_ptr<sound::ContactSound> sound_;  ///< created when a finger first touches
   bool was_touching_ = false;
-  bool tracking_told_ = false;
+  bool tracking_told_ = false, floor_told_ = false;
   std::string no_tracking_;
   std::optional<PlaceCheck> check_;  ///< only with a calibration
   std::unique_ptr<ScenePicture> picture_;
@@ -403,7 +450,11 @@ class HeadsetLoop::Run {
   Pose room_from_panel_;
   std::vector<ButtonHelp> help_;
   bool shows_panel_ = true;
-  std::string no_panel_;
+  std::string no_panel_, no_rate_;
+  bool no_rates_told_ = false;
+  uint64_t rate_sessions_ = 0;
+  double asked_hz_ = 0.0;  ///< by this session, at the last step
+  double told_hz_ = 0.0, reported_hz_ = 0.0, expected_hz_ = 0.0;
   std::optional<Pose> head_;  ///< world, in the last frame that asked for a picture
   bool main_visible_ = true;
   bool guess_told_ = false, placed_ = false, shown_ = false, was_shown_ = false, ending_ = false;

@@ -28,6 +28,10 @@ struct HeadsetLoopOptions {
   bool pass_through = false;  ///< the room is seen behind the volume, where the headset offers that
   std::optional<uint32_t> overlay;  ///< as xr::HeadsetOptions::overlay
   bool panel = true;                ///< text and slices hang beside the volume
+  double refresh_hz = 0.0;          ///< as xr::HeadsetOptions::refresh_hz
+  /// HeadsetScene will have a calibration: the world stays in the room. Otherwise it follows the
+  /// person who recentres, where the runtime has a local floor.
+  bool calibrated = false;
   /// Sentences about what fails also say why in the words of OpenXR: for those who look for the
   /// cause.
   bool details = false;

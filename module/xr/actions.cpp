@@ -1,9 +1,11 @@
 #include "module/xr/actions.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <vector>
 
+#include "module/xr/newer_openxr.h"
 #include "module/xr/spaces.h"
 
 namespace palpate::xr {
@@ -69,6 +71,7 @@ Done Actions::make_actions(const Instance& instance) {
 
 Done Actions::suggest(const Instance& instance) {
   for (const Profile& profile : profiles()) {
+    if (profile.of_bare_hands && !instance.has_hand_interaction()) continue;
     const Outcome<XrPath> path = instance.path(profile.path);
     if (!path) return path.error();
     std::vector<XrActionSuggestedBinding> bindings;
@@ -97,15 +100,15 @@ Done Actions::attach(const OpenXrSession& session) {
   Done made =
       done("xrAttachSessionActionSets", xrAttachSessionActionSets(session.handle(), &attach));
   for (size_t side = 0; side < 2; ++side) {
-    for (const Act act : {Act::kGrip, Act::kAim}) {
+    for (const auto& [act, spaces] :
+         {std::pair(Act::kGrip, &grips_), {Act::kAim, &aims_}, {Act::kPoke, &pokes_}}) {
       if (!made) return made;
       XrActionSpaceCreateInfo create{XR_TYPE_ACTION_SPACE_CREATE_INFO};
       create.action = action(act);
       create.subactionPath = sides_[side];
       create.poseInActionSpace = identity_pose();
-      Space& space = act == Act::kGrip ? grips_[side] : aims_[side];
-      made =
-          done("xrCreateActionSpace", xrCreateActionSpace(session.handle(), &create, space.out()));
+      made = done("xrCreateActionSpace",
+                  xrCreateActionSpace(session.handle(), &create, (*spaces)[side].out()));
     }
   }
   return made;
@@ -143,8 +146,10 @@ Outcome<Hands> Actions::read(const OpenXrSession& session, XrSpace base, XrTime 
   if (synced == XR_SESSION_NOT_FOCUSED) return hands;
   hands.focused = true;
   Done done = read_buttons(session, hands);
-  for (size_t side = 0; side < 2 && done; ++side)
+  for (size_t side = 0; side < 2 && done; ++side) {
     done = read_hand(session, side, base, time, world_from_base, hands.hand[side]);
+    if (done) done = read_fingers(session, side, base, time, world_from_base, hands.fingers[side]);
+  }
   if (!done) return done.error();
   return hands;
 }
@@ -180,6 +185,26 @@ Done Actions::read_hand(const OpenXrSession& session, size_t side, XrSpace base,
   if (read) read = held(Act::kGrab, hand.grabs);
   if (read) read = held(Act::kClip, hand.clip);
   return read;
+}
+
+/// A fingertip that the runtime guesses is not seen: a hand that has left the cameras must not go
+/// on touching.
+Done Actions::read_fingers(const OpenXrSession& session, size_t side, XrSpace base, XrTime time,
+                           const Pose& world_from_base, Fingers& fingers) const {
+  const XrActionStateGetInfo get = about(Act::kPoke, sides_[side]);
+  XrActionStatePose pose{XR_TYPE_ACTION_STATE_POSE};
+  const Done read =
+      done("xrGetActionStatePose", xrGetActionStatePose(session.handle(), &get, &pose));
+  if (!read || !pose.isActive) return read;
+  const auto tip = locate(pokes_[side].get(), base, time, nullptr, true);
+  if (!tip) return tip.error();
+  const auto pinch = button(session, Act::kPinch, sides_[side]);
+  if (!pinch) return pinch.error();
+  if (!*tip || !std::isfinite(glm::length((*tip)->position_m))) return Nothing{};
+  fingers.seen = true;
+  fingers.fingertip_m = world_from_base((*tip)->position_m);
+  fingers.pinches = pinch->currentState == XR_TRUE;
+  return Nothing{};
 }
 
 Done Actions::read_buttons(const OpenXrSession& session, Hands& hands) const {
@@ -237,6 +262,11 @@ Done Actions::ask_profiles(const Instance& instance, const OpenXrSession& sessio
     profile_names_[side] = text;
   }
   return Nothing{};
+}
+
+bool Actions::bare_hands() const {
+  return std::find(profile_names_.begin(), profile_names_.end(), kHandInteractionProfile) !=
+         profile_names_.end();
 }
 
 }  // namespace palpate::xr

@@ -8,8 +8,8 @@
 
 namespace palpate::xr {
 
-/// Seventh in the life cycle: the input of controllers. Made once per session, before it begins.
-/// Move-only.
+/// Seventh in the life cycle: the input of controllers, and of bare hands where the runtime gives
+/// them as input (XR_EXT_hand_interaction). Made once per session, before it begins. Move-only.
 class Actions {
  public:
   static Outcome<Actions> make(const Instance& instance, const OpenXrSession& session);
@@ -23,6 +23,8 @@ class Actions {
 
   /// Asks again which controllers are in the hands: after XrEventDataInteractionProfileChanged.
   Done ask_profiles(const Instance& instance, const OpenXrSession& session);
+  /// Whether the runtime gives a hand without a controller as input now.
+  bool bare_hands() const;
 
  private:
   using Set = XrHandle<XrActionSet, xrDestroyActionSet>;
@@ -36,12 +38,14 @@ class Actions {
   Outcome<XrActionStateBoolean> button(const OpenXrSession& session, Act act, XrPath hand) const;
   Done read_hand(const OpenXrSession& session, size_t side, XrSpace base, XrTime time,
                  const Pose& world_from_base, Controller& hand) const;
+  Done read_fingers(const OpenXrSession& session, size_t side, XrSpace base, XrTime time,
+                    const Pose& world_from_base, Fingers& fingers) const;
   Done read_buttons(const OpenXrSession& session, Hands& hands) const;
 
   Set set_;
   std::array<XrAction, size_t(Act::kCount)> actions_{};  ///< die with the set
   std::array<XrPath, 2> sides_{};
-  std::array<Space, 2> grips_, aims_;
+  std::array<Space, 2> grips_, aims_, pokes_;
   std::array<std::string, 2> profile_names_;
 };
 

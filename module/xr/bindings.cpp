@@ -2,12 +2,16 @@
 
 #include <array>
 
+#include "module/xr/newer_openxr.h"
+
 namespace palpate::xr {
 namespace {
 
 constexpr std::array kActs{
     ActSpec{Act::kGrip, "grip", "Hand", ActKind::kPose, true},
     ActSpec{Act::kAim, "aim", "Pointing", ActKind::kPose, true},
+    ActSpec{Act::kPoke, "poke", "Fingertip", ActKind::kPose, true},
+    ActSpec{Act::kPinch, "pinch", "Pinch to touch", ActKind::kButton, true},
     ActSpec{Act::kGrab, "grab", "Grab the volume", ActKind::kButton, true},
     ActSpec{Act::kDeadMan, "dead_man", "Hold to feel the force", ActKind::kButton, true},
     ActSpec{Act::kClip, "clip", "Hold to cut open", ActKind::kButton, true},
@@ -75,6 +79,10 @@ constexpr std::array kMixedReality{
     InputBinding{Act::kPresetNext, "/user/hand/right/input/trackpad/click"},
     InputBinding{Act::kPresetPrevious, "/user/hand/left/input/trackpad/click"},
     InputBinding{Act::kScrub, "/user/hand/right/input/thumbstick/x"}};
+
+// A value used as a button: the runtime says when the fingers touch, with its own hysteresis.
+constexpr std::array kBareHands{PALPATE_BOTH(Act::kPoke, "input/poke_ext/pose"),
+                                PALPATE_BOTH(Act::kPinch, "input/pinch_ext/value")};
 #undef PALPATE_HELD
 #undef PALPATE_BOTH
 
@@ -83,7 +91,8 @@ constexpr std::array kProfiles{
     Profile{"/interaction_profiles/oculus/touch_controller", kTouch},
     Profile{"/interaction_profiles/htc/vive_controller", kVive},
     Profile{"/interaction_profiles/valve/index_controller", kIndex},
-    Profile{"/interaction_profiles/microsoft/motion_controller", kMixedReality}};
+    Profile{"/interaction_profiles/microsoft/motion_controller", kMixedReality},
+    Profile{kHandInteractionProfile, kBareHands, true}};
 
 }  // namespace
 

@@ -5,10 +5,12 @@
 
 namespace palpate::xr {
 
-/// What a person can do with controllers. The order is that of kActions.
+/// What a person can do with controllers and bare hands. The order is that of kActs.
 enum class Act : uint8_t {
   kGrip,     ///< where the palm is
   kAim,      ///< where the controller points
+  kPoke,     ///< where a bare hand's fingertip is
+  kPinch,    ///< its thumb and finger touch
   kGrab,     ///< hold on to the volume
   kDeadMan,  ///< held: the force device may push
   kClip,     ///< held: the clip plane lies on this controller
@@ -41,8 +43,9 @@ struct InputBinding {
 struct Profile {
   const char* path;
   std::span<const InputBinding> bindings;
+  bool of_bare_hands = false;  ///< only with XR_EXT_hand_interaction
 };
-/// Simple, touch, vive, index and WMR controllers.
+/// Simple, touch, vive, index and WMR controllers, and hands without one.
 std::span<const Profile> profiles();
 
 }  // namespace palpate::xr

@@ -9,7 +9,8 @@
 
 namespace palpate::xr {
 
-/// Spaces of a runtime that stay in the room.
+/// Spaces of a runtime that stay in the room. kLocal: the one whose origin is where the person is,
+/// at the head or on the floor.
 enum class Room : uint8_t { kStage, kLocal };
 
 /// Where the runtime's spaces lie in the world of the scene, so that the picture stays on the force

@@ -56,7 +56,12 @@ Done HandTracking::refuse(const Problem& problem) {
 
 Done HandTracking::read(XrSpace base, XrTime time, const Pose& world_from_base,
                         std::array<Fingers, 2>& fingers) {
+  const std::array<Fingers, 2> given = fingers;
   for (size_t side = 0; side < 2 && works(); ++side) {
+    if (given[side].seen) {
+      pinches_[side] = {};
+      continue;
+    }
     std::array<XrHandJointLocationEXT, XR_HAND_JOINT_COUNT_EXT> joints{};
     XrHandJointLocationsEXT locations{XR_TYPE_HAND_JOINT_LOCATIONS_EXT};
     locations.jointCount = uint32_t(joints.size());
@@ -67,7 +72,7 @@ Done HandTracking::read(XrSpace base, XrTime time, const Pose& world_from_base,
     const Done located =
         done("xrLocateHandJointsEXT", locate_(trackers_[side].get(), &locate, &locations));
     if (!located) {
-      fingers = {};
+      fingers = given;
       return refuse(located.error());
     }
     see(locations.isActive ? joints.data() : nullptr, world_from_base, side, fingers[side]);

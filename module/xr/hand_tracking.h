@@ -24,8 +24,9 @@ class Pinch {
   bool pinches_ = false;
 };
 
-/// Eighth in the life cycle: hands without controllers (XR_EXT_hand_tracking), where runtime and
-/// headset have them. Without them no call is made and no hand is reported. Move-only.
+/// Eighth in the life cycle: hands without controllers by their joints (XR_EXT_hand_tracking),
+/// where runtime and headset have them, and Actions gives none. Without them no call is made and no
+/// hand is reported. Move-only.
 class HandTracking {
  public:
   /// Fails only where the session is lost: if the runtime can not track after all, hands are left
@@ -33,7 +34,8 @@ class HandTracking {
   static Outcome<HandTracking> make(const Instance& instance, const System& system,
                                     const OpenXrSession& session);
 
-  /// Where the fingers are at `time`. A runtime that refuses is not asked again in this session.
+  /// Where the fingers are at `time`; those that are seen already stay as they are. A runtime that
+  /// refuses is not asked again in this session.
   Done read(XrSpace base, XrTime time, const Pose& world_from_base,
             std::array<Fingers, 2>& fingers);
 

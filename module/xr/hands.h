@@ -20,7 +20,8 @@ struct Controller {
   std::string profile;                 ///< the controller's interaction profile; empty: none
 };
 
-/// A hand that the headset tracks without a controller, at the predicted display time.
+/// A hand without a controller that the headset sees, at the predicted display time: by the
+/// runtime's own poses and pinch (XR_EXT_hand_interaction), or else by the hand's joints.
 struct Fingers {
   bool seen = false;            ///< thumb and forefinger are
   glm::dvec3 fingertip_m{0.0};  ///< of the forefinger, world; valid if seen

@@ -45,6 +45,20 @@ const char* name(HeadsetState state) {
   return "";
 }
 
+const char* name(Origin origin) {
+  switch (origin) {
+    case Origin::kStage:
+      return "stage";
+    case Origin::kLocal:
+      return "local";
+    case Origin::kView:
+      return "view";
+    case Origin::kLocalFloor:
+      return "local floor";
+  }
+  return "";
+}
+
 /// The members are in the order of the life cycle, so that they go in the opposite one.
 class Headset::Story {
  public:
@@ -124,9 +138,10 @@ void Headset::Story::take(const Round& round) {
   if (!live) return;
   report.state = state_of(live->session().life());
   report.main_visible = live->main_visible();
-  report.hand_tracking = live->tracking().works();
+  report.hand_tracking = live->bare_hands();
   report.no_hand_tracking = live->tracking().refused();
   report.no_panel = call_text(live->no_panel());
+  report.display = live->display();
 }
 
 Done Headset::Story::arrive() {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "module/xr/colocation.h"
+#include "module/xr/display_rate.h"
 #include "module/xr/picture_source.h"
 #include "module/xr/problem.h"
 
@@ -26,11 +27,16 @@ enum class HeadsetState {
 const char* name(HeadsetState state);
 
 enum class BlendMode { kOpaque, kAdditive, kAlpha };
-enum class Origin { kStage, kLocal, kView };
+/// Where the base space has its origin. kStage: it stays in the room. kLocal: at the head of the
+/// person; kLocalFloor: below it, on the floor (XR_EXT_local_floor): both move when the person
+/// recentres. kView: in the head, always.
+enum class Origin { kStage, kLocal, kView, kLocalFloor };
+const char* name(Origin origin);
 
 struct HeadsetOptions {
-  bool validation = false;               ///< Vulkan validation layers, if installed
-  Origin origin = Origin::kStage;        ///< kStage falls back to kLocal where there is none
+  bool validation = false;  ///< Vulkan validation layers, if installed
+  /// kLocalFloor falls back to kStage, and kStage to kLocal, where there is none.
+  Origin origin = Origin::kStage;
   BlendMode blend = BlendMode::kOpaque;  ///< used where offered, else the runtime's first choice
   /// Above the picture of another OpenXR program that runs at the same time, on runtimes that can
   /// (XR_EXTX_overlay); of several overlays the higher number is in front. None: palpate is the
@@ -38,6 +44,9 @@ struct HeadsetOptions {
   std::optional<uint32_t> overlay;
   /// Picture size as a fraction of what the runtime recommends.
   double view_scale = 1.0;
+  /// Rate of the display, Hz, where the runtime lets programs choose it: the next one that it
+  /// offers. 0: the highest at which the source's pictures are good enough; as an overlay, none.
+  double refresh_hz = 0.0;
   uint64_t memory_cap_bytes = 0;  ///< for vulkan::ContextOptions
 };
 
@@ -53,10 +62,12 @@ struct Report {
   bool depth = false;  ///< the depth layer is handed over
   /// The room, or the program below an overlay, is visible where the picture does not cover it.
   bool see_through = false;
-  bool hand_tracking = false;    ///< hands without controllers are looked for
+  /// Hands without controllers are looked for by their joints, or one is the runtime's input now.
+  bool hand_tracking = false;
   std::string no_hand_tracking;  ///< the call that was refused for them; empty: none
   /// The call that was refused for what hangs beside the picture; empty: none.
   std::string no_panel;
+  DisplayRate display;
   bool main_visible = true;  ///< an overlay's: the program below is seen
   /// As of the last frame; at rest in every state but kFocused. Read here what must end when frames
   /// stop, such as the dead-man: a PictureSource is not called then.

@@ -4,6 +4,8 @@
 #include <cstring>
 #include <vector>
 
+#include "module/xr/newer_openxr.h"
+
 namespace palpate::xr {
 namespace {
 
@@ -62,6 +64,9 @@ Outcome<Instance> Instance::make(bool overlay) {
   const bool mask = want(XR_KHR_VISIBILITY_MASK_EXTENSION_NAME);
   const bool clock = want(XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME);
   const bool hands = want(XR_EXT_HAND_TRACKING_EXTENSION_NAME);
+  const bool rates = want(XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME);
+  made.hand_interaction_ = want(kHandInteractionExtension);
+  want(kLocalFloorExtension);  // its space is one of those that xrEnumerateReferenceSpaces gives
 
   XrInstanceCreateInfo create{XR_TYPE_INSTANCE_CREATE_INFO};
   std::strncpy(create.applicationInfo.applicationName, "palpate", XR_MAX_APPLICATION_NAME_SIZE - 1);
@@ -81,12 +86,12 @@ Outcome<Instance> Instance::make(bool overlay) {
                   std::to_string(XR_VERSION_MAJOR(properties.runtimeVersion)) + "." +
                   std::to_string(XR_VERSION_MINOR(properties.runtimeVersion)) + "." +
                   std::to_string(XR_VERSION_PATCH(properties.runtimeVersion));
-  const Done loaded = made.load_functions(clock, mask, hands);
+  const Done loaded = made.load_functions(clock, mask, hands, rates);
   if (!loaded) return loaded.error();
   return made;
 }
 
-Done Instance::load_functions(bool clock, bool mask, bool hands) {
+Done Instance::load_functions(bool clock, bool mask, bool hands, bool rates) {
   Done loaded = load(handle(), "xrGetVulkanGraphicsRequirements2KHR", get_vulkan_requirements);
   if (loaded) loaded = load(handle(), "xrCreateVulkanInstanceKHR", create_vulkan_instance);
   if (loaded) loaded = load(handle(), "xrGetVulkanGraphicsDevice2KHR", get_vulkan_device);
@@ -97,6 +102,11 @@ Done Instance::load_functions(bool clock, bool mask, bool hands) {
   if (loaded && hands) loaded = load(handle(), "xrDestroyHandTrackerEXT", destroy_hand_tracker);
   if (loaded && hands) loaded = load(handle(), "xrLocateHandJointsEXT", locate_hand_joints);
   if (loaded && hands) loaded = load(handle(), "xrCreateHandTrackerEXT", create_hand_tracker);
+  if (loaded && rates)
+    loaded = load(handle(), "xrEnumerateDisplayRefreshRatesFB", enumerate_refresh_rates);
+  if (loaded && rates) loaded = load(handle(), "xrGetDisplayRefreshRateFB", get_refresh_rate);
+  if (loaded && rates)
+    loaded = load(handle(), "xrRequestDisplayRefreshRateFB", request_refresh_rate);
   return loaded;
 }
 

@@ -28,6 +28,7 @@ class Instance {
   bool has_depth_layer() const { return depth_layer_; }
   bool has_visibility_mask() const { return get_visibility_mask != nullptr; }
   bool has_hand_tracking() const { return create_hand_tracker != nullptr; }
+  bool has_hand_interaction() const { return hand_interaction_; }
   bool has_clock() const { return convert_time_to_timespec != nullptr; }
 
   /// True with the next event in `event`, or false. The caller reuses one buffer, since it has 4
@@ -47,13 +48,16 @@ class Instance {
   PFN_xrCreateHandTrackerEXT create_hand_tracker = nullptr;  ///< all three, or none
   PFN_xrDestroyHandTrackerEXT destroy_hand_tracker = nullptr;
   PFN_xrLocateHandJointsEXT locate_hand_joints = nullptr;
+  PFN_xrEnumerateDisplayRefreshRatesFB enumerate_refresh_rates = nullptr;  ///< the same
+  PFN_xrGetDisplayRefreshRateFB get_refresh_rate = nullptr;
+  PFN_xrRequestDisplayRefreshRateFB request_refresh_rate = nullptr;
 
  private:
-  Done load_functions(bool clock, bool mask, bool hands);
+  Done load_functions(bool clock, bool mask, bool hands, bool rates);
 
   XrHandle<XrInstance, xrDestroyInstance> handle_;
   std::string runtime_;
-  bool depth_layer_ = false;
+  bool depth_layer_ = false, hand_interaction_ = false;
 };
 
 }  // namespace palpate::xr

@@ -40,17 +40,19 @@ Outcome<std::unique_ptr<LiveSession>> LiveSession::make(const Instance& instance
   if (!actions) return actions.error();
   auto tracking = HandTracking::make(instance, system, *session);
   if (!tracking) return tracking.error();
+  const auto refresh = RefreshRate::make(instance, *session, options.refresh_hz);
+  if (!refresh) return refresh.error();
   colocation.set_base(spaces->origin() == Origin::kStage ? Room::kStage : Room::kLocal);
   return std::unique_ptr<LiveSession>(new LiveSession(
       instance, system, colocation, std::move(*session), std::move(*spaces), std::move(*actions),
-      std::move(*tracking), FrameLoop(std::move(context), options.view_scale),
+      std::move(*tracking), *refresh, FrameLoop(std::move(context), options.view_scale),
       blend_mode(options.blend, system), options.overlay.has_value()));
 }
 
 LiveSession::LiveSession(const Instance& instance, const System& system, Colocation& colocation,
                          OpenXrSession session, Spaces spaces, Actions actions,
-                         HandTracking tracking, FrameLoop loop, XrEnvironmentBlendMode blend,
-                         bool overlay)
+                         HandTracking tracking, RefreshRate refresh, FrameLoop loop,
+                         XrEnvironmentBlendMode blend, bool overlay)
     : instance_(instance),
       system_(system),
       colocation_(colocation),
@@ -58,6 +60,7 @@ LiveSession::LiveSession(const Instance& instance, const System& system, Colocat
       spaces_(std::move(spaces)),
       actions_(std::move(actions)),
       tracking_(std::move(tracking)),
+      refresh_(std::move(refresh)),
       loop_(std::move(loop)),
       blend_(blend),
       overlay_(overlay) {}
@@ -74,6 +77,9 @@ Outcome<Round> LiveSession::round(PictureSource& source) {
   round.framed = true;
   round.frame = *frame;
   period_ns_ = frame->period_ns;
+  // The program below an overlay has chosen a rate for its own pictures.
+  const Done chosen = refresh_.step(session_, overlay_ ? 0.0 : source.needed_period_s());
+  if (!chosen) return chosen.error();
   return round;
 }
 
@@ -111,6 +117,9 @@ Outcome<Duty> LiveSession::obey(const XrEventDataBuffer& event) {
     case XR_TYPE_EVENT_DATA_VISIBILITY_MASK_CHANGED_KHR:
       loop_.forget_mask(as<XrEventDataVisibilityMaskChangedKHR>(event).viewIndex);
       return Duty::kNone;
+    case XR_TYPE_EVENT_DATA_DISPLAY_REFRESH_RATE_CHANGED_FB:
+      refresh_.changed(as<XrEventDataDisplayRefreshRateChangedFB>(event).toDisplayRefreshRate);
+      return Duty::kNone;
     case XR_TYPE_EVENT_DATA_MAIN_SESSION_VISIBILITY_CHANGED_EXTX:
       main_visible_ = as<XrEventDataMainSessionVisibilityChangedEXTX>(event).visible == XR_TRUE;
       return Duty::kNone;
@@ -122,11 +131,11 @@ Outcome<Duty> LiveSession::obey(const XrEventDataBuffer& event) {
 }
 
 void LiveSession::space_changes(const XrEventDataReferenceSpaceChangePending& change) {
-  const bool stage = change.referenceSpaceType == XR_REFERENCE_SPACE_TYPE_STAGE;
-  if (!stage && change.referenceSpaceType != XR_REFERENCE_SPACE_TYPE_LOCAL) return;
+  const auto room = spaces_.room_of(change.referenceSpaceType);
+  if (!room) return;
   std::optional<Pose> previous_from_new;
   if (change.poseValid) previous_from_new = pose_of(change.poseInPreviousSpace);
-  colocation_.change(stage ? Room::kStage : Room::kLocal, change.changeTime, previous_from_new);
+  colocation_.change(*room, change.changeTime, previous_from_new);
 }
 
 Done LiveSession::vibrate(int hand, double amplitude) {

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "module/xr/frame_loop.h"
+#include "module/xr/refresh_rate.h"
 
 namespace palpate::xr {
 
@@ -34,12 +35,14 @@ class LiveSession {
   bool see_through() const { return overlay_ || blend_ == XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND; }
   bool main_visible() const { return main_visible_; }
   const HandTracking& tracking() const { return tracking_; }
+  bool bare_hands() const { return tracking_.works() || actions_.bare_hands(); }
+  const DisplayRate& display() const { return refresh_.rate(); }
   const Problem& no_panel() const { return loop_.no_panel(); }
 
  private:
   LiveSession(const Instance& instance, const System& system, Colocation& colocation,
               OpenXrSession session, Spaces spaces, Actions actions, HandTracking tracking,
-              FrameLoop loop, XrEnvironmentBlendMode blend, bool overlay);
+              RefreshRate refresh, FrameLoop loop, XrEnvironmentBlendMode blend, bool overlay);
   Outcome<Duty> poll();
   Outcome<Duty> obey(const XrEventDataBuffer& event);
   void space_changes(const XrEventDataReferenceSpaceChangePending& change);
@@ -51,6 +54,7 @@ class LiveSession {
   Spaces spaces_;
   Actions actions_;
   HandTracking tracking_;
+  RefreshRate refresh_;
   FrameLoop loop_;
   XrEnvironmentBlendMode blend_;
   bool overlay_;

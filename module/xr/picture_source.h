@@ -94,6 +94,9 @@ class PictureSource {
   /// its own resources, the caller those for the targets. Errors: kDeviceFailed, kOutOfMemory; they
   /// are taken as kNoGraphics.
   virtual Result<Drawn> record(const HeadsetFrame& frame, VkCommandBuffer commands) = 0;
+  /// The shortest period of a display in which its pictures are good enough, s, as measured; 0: not
+  /// known yet. Called after record().
+  virtual double needed_period_s() const { return 0.0; }
   /// What hangs beside the picture, in front of which it is drawn. Called after record(), for
   /// frames with a picture only.
   virtual std::optional<HangingPanel> panel() { return std::nullopt; }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "module/xr/newer_openxr.h"
+
 namespace palpate::xr {
 namespace {
 
@@ -26,8 +28,22 @@ Done make_space(const OpenXrSession& session, XrReferenceSpaceType type, XrSpace
 }
 
 XrReferenceSpaceType type_of(Origin origin) {
-  if (origin == Origin::kStage) return XR_REFERENCE_SPACE_TYPE_STAGE;
-  return origin == Origin::kLocal ? XR_REFERENCE_SPACE_TYPE_LOCAL : XR_REFERENCE_SPACE_TYPE_VIEW;
+  switch (origin) {
+    case Origin::kStage:
+      return XR_REFERENCE_SPACE_TYPE_STAGE;
+    case Origin::kView:
+      return XR_REFERENCE_SPACE_TYPE_VIEW;
+    case Origin::kLocalFloor:
+      return kLocalFloorSpace;
+    case Origin::kLocal:
+      break;
+  }
+  return XR_REFERENCE_SPACE_TYPE_LOCAL;
+}
+
+/// The type of the one of stage and local that follows the person.
+XrReferenceSpaceType local_type(Origin origin) {
+  return origin == Origin::kLocalFloor ? kLocalFloorSpace : XR_REFERENCE_SPACE_TYPE_LOCAL;
 }
 
 }  // namespace
@@ -35,18 +51,28 @@ XrReferenceSpaceType type_of(Origin origin) {
 Outcome<Spaces> Spaces::make(const OpenXrSession& session, Origin wanted) {
   const auto offered = offered_spaces(session);
   if (!offered) return offered.error();
-  const bool stage =
-      std::find(offered->begin(), offered->end(), XR_REFERENCE_SPACE_TYPE_STAGE) != offered->end();
+  const auto has = [&](XrReferenceSpaceType type) {
+    return std::find(offered->begin(), offered->end(), type) != offered->end();
+  };
+  const bool stage = has(XR_REFERENCE_SPACE_TYPE_STAGE);
   Spaces made;
+  made.origin_ = wanted;
+  if (made.origin_ == Origin::kLocalFloor && !has(kLocalFloorSpace)) made.origin_ = Origin::kStage;
   // Every runtime has LOCAL and VIEW; a seated one has no STAGE.
-  made.origin_ = wanted == Origin::kStage && !stage ? Origin::kLocal : wanted;
+  if (made.origin_ == Origin::kStage && !stage) made.origin_ = Origin::kLocal;
   Done done = make_space(session, type_of(made.origin_), made.base_.out());
   if (done && stage) {
     done = make_space(session, XR_REFERENCE_SPACE_TYPE_STAGE, made.stage_.out());
-    if (done) done = make_space(session, XR_REFERENCE_SPACE_TYPE_LOCAL, made.local_.out());
+    if (done) done = make_space(session, local_type(made.origin_), made.local_.out());
   }
   if (!done) return done.error();
   return made;
+}
+
+std::optional<Room> Spaces::room_of(XrReferenceSpaceType type) const {
+  if (type == XR_REFERENCE_SPACE_TYPE_STAGE) return Room::kStage;
+  if (type == local_type(origin_)) return Room::kLocal;
+  return std::nullopt;
 }
 
 Outcome<std::optional<Pose>> Spaces::stage_from_local(XrTime time) const {
@@ -55,7 +81,7 @@ Outcome<std::optional<Pose>> Spaces::stage_from_local(XrTime time) const {
 }
 
 Outcome<std::optional<Pose>> locate(XrSpace space, XrSpace base, XrTime time,
-                                    glm::dvec3* velocity_m_per_s) {
+                                    glm::dvec3* velocity_m_per_s, bool tracked) {
   XrSpaceVelocity velocity{XR_TYPE_SPACE_VELOCITY};
   XrSpaceLocation location{XR_TYPE_SPACE_LOCATION};
   if (velocity_m_per_s) location.next = &velocity;
@@ -67,7 +93,9 @@ Outcome<std::optional<Pose>> locate(XrSpace space, XrSpace base, XrTime time,
   }
   constexpr XrSpaceLocationFlags kValid =
       XR_SPACE_LOCATION_POSITION_VALID_BIT | XR_SPACE_LOCATION_ORIENTATION_VALID_BIT;
-  if ((location.locationFlags & kValid) != kValid) return std::optional<Pose>();
+  const XrSpaceLocationFlags wanted =
+      kValid | (tracked ? XR_SPACE_LOCATION_POSITION_TRACKED_BIT : 0);
+  if ((location.locationFlags & wanted) != wanted) return std::optional<Pose>();
   return std::optional<Pose>(pose_of(location.pose));
 }
 

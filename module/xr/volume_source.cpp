@@ -13,6 +13,9 @@ constexpr double kRaysAtLeast = 0.25;
 // of the width and height: so a slow device too shows its first picture soon
 constexpr double kAtFirst = 0.5;
 constexpr double kUsualPeriod_s = 1.0 / 90.0;
+// Share of the full pixels with which a picture is good enough for a higher rate: a judgement.
+constexpr double kGoodPixels = 0.5;
+constexpr size_t kMeasured = 30;  // pictures, after which it is known what they need
 
 /// Whether the optics hide any of the frame's pixels.
 bool hides(const HeadsetFrame& frame) {
@@ -47,6 +50,8 @@ void VolumeSource::drop() noexcept {
   panel_.reset();
   resolution_ = {.scale = kAtFirst};
   unmeasured_ = false;
+  needs_s_.clear();
+  needed_s_ = 0.0;
 }
 
 VolumeSource::DrawingResult VolumeSource::make(const std::shared_ptr<vulkan::Context>& context,
@@ -120,6 +125,7 @@ Result<Drawn> VolumeSource::record(const HeadsetFrame& frame, VkCommandBuffer co
     picture_s_ = took.update_s + took.rays_s;
     unmeasured_ = false;
     // Fewer pixels make casting rays cheaper, but not bringing volumes to their phase.
+    note_need(took.update_s, took.rays_s, full);
     const double left_s = std::max(kShare * period_s - took.update_s, kRaysAtLeast * period_s);
     resolution_ = next_resolution(resolution_, took.rays_s, {.budget_s = left_s});
   }
@@ -142,6 +148,17 @@ Result<Drawn> VolumeSource::record(const HeadsetFrame& frame, VkCommandBuffer co
     if (!repacked) return repacked.error();
   }
   return copy(frame, commands);
+}
+
+/// What a picture of good quality takes on the device, from one of the size drawn last.
+void VolumeSource::note_need(double update_s, double rays_s, PictureSize full) {
+  if (needed_s_ > 0.0) return;
+  const double drawn = double(size_.width) * size_.height / (double(full.width) * full.height);
+  needs_s_.push_back((update_s + kGoodPixels * rays_s / drawn) / kShare);
+  if (needs_s_.size() < kMeasured) return;
+  const auto middle = needs_s_.begin() + kMeasured / 2;
+  std::nth_element(needs_s_.begin(), middle, needs_s_.end());
+  needed_s_ = *middle;
 }
 
 std::shared_ptr<const VisiblePixels> VolumeSource::visible_of(

@@ -41,6 +41,9 @@ class VolumeSource final : public PictureSource {
   Status use(const std::shared_ptr<vulkan::Context>& context) override;
   void drop() noexcept override;
   Result<Drawn> record(const HeadsetFrame& frame, VkCommandBuffer commands) override;
+  /// The median of the first pictures, with half of the full pixels; the runtime needs a part of
+  /// each period, too.
+  double needed_period_s() const override { return needed_s_; }
   std::optional<HangingPanel> panel() override { return panel_; }
 
   /// Why the last frame that was asked for has no picture: a sentence, or nothing.
@@ -74,6 +77,7 @@ class VolumeSource final : public PictureSource {
   /// What of pictures of this size the optics let through; null where that is all.
   std::shared_ptr<const VisiblePixels> visible_of(const HeadsetFrame& frame,
                                                   const std::array<palpate::Eye, 2>& eyes);
+  void note_need(double update_s, double rays_s, PictureSize full);
   Drawn copy(const HeadsetFrame& frame, VkCommandBuffer commands) const;
 
   Show show_;
@@ -94,6 +98,8 @@ class VolumeSource final : public PictureSource {
   Resolution resolution_;
   PictureSize size_;
   double picture_s_ = 0.0;
+  std::vector<double> needs_s_;  ///< of the first pictures, until there are enough
+  double needed_s_ = 0.0;
   bool unmeasured_ = false;  ///< the last picture's time was not asked for yet
   std::string trouble_;
 };

@@ -86,8 +86,8 @@ PALPATE_SIZE(NormalisePush, 80);
 struct PackPush {
   ivec4 size;  // of the bound image; w: slices of the whole, 0 = its outermost voxels count
   vec4 spacing_mm;
-  ivec4
-      begin;  // first voxel that is written; w: slice of the whole that the bound image begins with
+  // First voxel that is written; w: slice of the whole that the bound image begins with.
+  ivec4 begin;
 };
 PALPATE_SIZE(PackPush, 48);
 

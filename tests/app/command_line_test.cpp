@@ -226,6 +226,7 @@ TEST(CommandLine, EveryNumberHasARangeAndTheSentenceSaysIt) {
       {feel, "--watchdog", {"0", "-1", "nan"}, "from 1 to 1000"},
       {feel, "--scale", {"0", "-1", "nan", "fitting"}, "'fit' or a number from 0.0001 to 10000"},
       {feel, "--picture-size", {"0", "-1", "1e9", "100.5"}, "from 64 to 2048"},
+      {feel, "--refresh-rate", {"0", "-90", "nan", "1e9", "fast"}, "from 30 to 500 Hz"},
       {feel, "--azimuth", {"-361", "nan", "left"}, "from -360 to 360"},
       {feel, "--elevation", {"-90", "90", "nan"}, "from -85 to 85"},
       {feel, "--zoom", {"0", "-1", "nan", "21"}, "from 0.1 to 20"},

@@ -126,6 +126,25 @@ TEST_F(FingersInAHeadset, APinchingFingertipTouchesIsSeenAndHeardAndIsGoneWhenIt
   EXPECT_EQ(ticks.force(ticks.size() - 1), 0.0);
 }
 
+TEST_F(FingersInAHeadset, APinchTouchesWhereTheRuntimeGivesPosesAndNoJoints) {
+  headset.emplace();
+  for (const char* line :
+       {"without XR_EXT_hand_tracking", "view 32 24", "rate 30", "no-hand 0", "no-hand 1"})
+    headset->say(line);
+  program.emplace(feel(still_heart(folder), {"--no-sound"}));
+  ASSERT_TRUE(says(*program, "device")) << program->said();
+  EXPECT_THAT(program->said(), Not(HasSubstr("pinch to touch"))) << "no hand was seen yet";
+  const glm::dvec3 before = kMiddle_m + glm::dvec3(0.0, 0.0, 0.07);
+  headset->say(fingers(before, kOpen_m));
+  ASSERT_TRUE(says(*program, "Without a controller, pinch to touch")) << program->said();
+  EXPECT_THAT(program->said(), Not(HasSubstr("  free")));
+  headset->say(fingers(before, kTouching_m));
+  ASSERT_TRUE(says(*program, "  free")) << program->said();
+  headset->say(fingers(before, kTouching_m, {0.0, 0.0, -0.05}, 2.0));
+  ASSERT_TRUE(says(*program, "touching")) << program->said();
+  end();
+}
+
 TEST_F(FingersInAHeadset, AHandThatIsLostEndsTheForceByTheRampAndComesBackElsewhere) {
   // Nobody looks at the pictures; where they are slow, there is no force.
   start(still_heart(folder), {"--no-sound"}, "32 24");

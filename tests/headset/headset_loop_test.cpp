@@ -151,6 +151,78 @@ TEST_F(HostWithHeadset, HearsOnceThatItsDeviceIsNotCalibrated) {
   EXPECT_EQ(heard(Kind::kNoPassThrough), 0) << "pass-through was not requested";
 }
 
+TEST_F(HostWithHeadset, KeepsTheVolumeBeforeAPersonWhoRecentresOrSaysOnceThatItMayStayBehind) {
+  const auto says_so = [&] {
+    return std::count_if(events.begin(), events.end(), [](const HeadsetEvent& event) {
+      return event.sentence.find("XR_EXT_local_floor") != std::string::npos;
+    });
+  };
+  start_loop({}, true);
+  ASSERT_TRUE(until([&] { return control().last_frame().layers > 0; }));
+  EXPECT_EQ(control().last_frame().space, test::fake::kLocalFloor);
+  EXPECT_EQ(says_so(), 0);
+  loop.reset();
+
+  control().reset();
+  std::erase(control().setup().extensions, "XR_EXT_local_floor");
+  start_loop({}, true);
+  ASSERT_TRUE(until([&] { return control().last_frame().layers > 0; }));
+  EXPECT_EQ(control().last_frame().space, XR_REFERENCE_SPACE_TYPE_STAGE);
+  control().lose_session();
+  ASSERT_TRUE(until([&] { return control().calls("xrCreateSession") == 2; }));
+  const uint64_t frames = control().frames();
+  ASSERT_TRUE(until([&] { return control().frames() > frames + 10; }));
+  EXPECT_EQ(says_so(), 1);
+  loop.reset();
+
+  // A calibrated device stands in the room: its world stays there.
+  control().reset();
+  start_loop({.calibrated = true}, true);
+  ASSERT_TRUE(until([&] { return control().last_frame().layers > 0; }));
+  EXPECT_EQ(control().last_frame().space, XR_REFERENCE_SPACE_TYPE_STAGE);
+}
+
+TEST_F(HostWithHeadset, HearsOnceWhichRateTheDisplayHasAndEachChangeByTheRuntime) {
+  const auto times_said = [&](const char* what) {
+    return std::count_if(events.begin(), events.end(), [&](const HeadsetEvent& event) {
+      return event.sentence.find(what) != std::string::npos;
+    });
+  };
+  const auto frames_pass = [&] {
+    const uint64_t frames = control().frames();
+    return until([&] { return control().frames() > frames + 5; });
+  };
+  start_loop({}, true);
+  ASSERT_TRUE(until([&] { return times_said(": a picture needs ") > 0; }));
+  loop.reset();
+
+  events.clear();
+  control().reset();
+  start_loop({.refresh_hz = 120.0}, true);
+  ASSERT_TRUE(until([&] { return times_said("The display is to run at") > 0; }));
+  EXPECT_EQ(times_said("The display is to run at 120 Hz, of 72, 90, 120."), 1);
+  ASSERT_TRUE(frames_pass());
+  EXPECT_EQ(times_said("has changed the display's rate"), 0) << "its own request";
+  control().change_rate(72.0);
+  ASSERT_TRUE(frames_pass());
+  EXPECT_EQ(times_said("has changed the display's rate to 72 Hz."), 1);
+  // In the next session the choice is made again, and not told again.
+  control().lose_session();
+  ASSERT_TRUE(until([&] { return control().calls("xrRequestDisplayRefreshRateFB") == 2; }));
+  ASSERT_TRUE(frames_pass());
+  EXPECT_EQ(times_said("The display is to run at"), 1);
+  EXPECT_EQ(times_said("has changed the display's rate"), 1);
+  loop.reset();
+
+  events.clear();
+  control().reset();
+  std::erase(control().setup().extensions, XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME);
+  start_loop({.refresh_hz = 120.0}, true);
+  ASSERT_TRUE(until([&] { return times_said("stays as it is") > 0; }));
+  ASSERT_TRUE(frames_pass());
+  EXPECT_EQ(times_said("stays as it is"), 1);
+}
+
 TEST_F(HostWithHeadset, HearsThatTheHeadsetShowsNoRoom) {
   control().setup().blend_modes = {XR_ENVIRONMENT_BLEND_MODE_OPAQUE};
   start_loop({.pass_through = true}, false);

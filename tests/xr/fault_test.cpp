@@ -122,6 +122,12 @@ std::vector<Row> table() {
       {"xrDestroyHandTrackerEXT",
        {XR_ERROR_HANDLE_INVALID, XR_ERROR_INSTANCE_LOST, XR_ERROR_SESSION_LOST,
         XR_ERROR_FUNCTION_UNSUPPORTED}},
+      {"xrEnumerateDisplayRefreshRatesFB",
+       kOfSession + small + Errors{XR_ERROR_FUNCTION_UNSUPPORTED}},
+      {"xrGetDisplayRefreshRateFB", kOfSession + Errors{XR_ERROR_FUNCTION_UNSUPPORTED}},
+      {"xrRequestDisplayRefreshRateFB",
+       kOfSession + Errors{XR_ERROR_FUNCTION_UNSUPPORTED, XR_ERROR_FEATURE_UNSUPPORTED,
+                           XR_ERROR_DISPLAY_REFRESH_RATE_UNSUPPORTED_FB}},
       {"xrEndFrame", kOfSession + Errors{XR_ERROR_CALL_ORDER_INVALID, XR_ERROR_LAYER_INVALID,
                                          XR_ERROR_POSE_INVALID, XR_ERROR_LAYER_LIMIT_EXCEEDED,
                                          XR_ERROR_SWAPCHAIN_RECT_INVALID,
@@ -143,6 +149,7 @@ class XrFault : public XrTest {
   /// A complete run: up to focus, ten frames with all calls of a frame, and the end.
   void live(const std::string& what) {
     GradientSource own;
+    own.needed_s = 0.01;
     xr::Headset headset({}, own);
     live(headset, what);
   }
@@ -184,6 +191,7 @@ TEST_F(XrFault, EveryCallTimesEveryErrorTimesFirstAndLaterTime) {
   const std::map<std::string, int> usual = runtime().all_calls();
   int cases = 0;
   // One headset goes through all cases on one device; each early call needs a new headset.
+  source.needed_s = 0.01;
   xr::Headset lasting({}, source);
   live(lasting, "the first of many");
   for (const Row& row : table()) {
@@ -225,9 +233,9 @@ TEST_F(XrFault, TableHasEveryCallThatTheModuleMakes) {
 TEST_F(XrFault, ComesBackAfterAnExtensionsFunctionWasNotThere) {
   live("a life without errors");
   const int all = runtime().calls("xrGetInstanceProcAddr");
-  // The last call is the loader's, for xrDestroyInstance; the nine before it are the module's: four
-  // for Vulkan, one each for the clock and the mask, three for hands.
-  for (int nth = all - 9; nth < all; ++nth) {
+  // The last call is the loader's, for xrDestroyInstance; the twelve before it are the module's:
+  // four for Vulkan, one each for the clock and the mask, three for hands, three for the rate.
+  for (int nth = all - 12; nth < all; ++nth) {
     runtime().reset();
     runtime().inject("xrGetInstanceProcAddr", nth, XR_ERROR_FUNCTION_UNSUPPORTED);
     live("address " + std::to_string(nth));

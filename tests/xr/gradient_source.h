@@ -14,6 +14,7 @@ class GradientSource : public xr::PictureSource {
   Status use(const std::shared_ptr<vulkan::Context>& context) override;
   void drop() noexcept override;
   Result<xr::Drawn> record(const xr::HeadsetFrame& frame, VkCommandBuffer commands) override;
+  double needed_period_s() const override { return needed_s; }
   std::optional<xr::HangingPanel> panel() override { return hanging; }
 
   static uint32_t color_at(uint32_t eye, uint32_t x, uint32_t y) {
@@ -25,6 +26,7 @@ class GradientSource : public xr::PictureSource {
 
   std::function<void(const xr::HeadsetFrame&)> on_frame;  ///< called with each frame
   std::optional<Error> fails_once;                        ///< of the next record()
+  double needed_s = 0.0;                                  ///< needed_period_s() gives it
   bool with_color = true, with_depth = true;
   std::optional<xr::HangingPanel> hanging;  ///< panel() gives it
   /// use() fails.

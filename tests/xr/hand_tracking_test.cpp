@@ -159,6 +159,87 @@ TEST_F(XrHandTracking, ARuntimeThatRefusesIsNotAskedAgainAndAllElseGoesOn) {
   EXPECT_TRUE(source.hands.hand[1].active);
 }
 
+/// As XrHandTracking, with the hands as the runtime's own input: no controllers are there.
+class XrHandInteraction : public XrHandTracking {
+ protected:
+  void start_bare() {
+    for (const int side : {0, 1}) runtime().script_hand(side, nullptr);
+    start();
+  }
+  /// The runtime tells which profile is there in the frame after it has changed.
+  const xr::Fingers& right_after_two(fake::FingerScript script) {
+    right_after(script);
+    return right_after(std::move(script));
+  }
+};
+
+TEST_F(XrHandInteraction, TakesFingertipAndPinchFromTheRuntimeWhereNoJointsAreTracked) {
+  std::erase(runtime().setup().extensions, XR_EXT_HAND_TRACKING_EXTENSION_NAME);
+  start_bare();
+  EXPECT_FALSE(headset_report().hand_tracking) << "nobody is seen yet";
+  const Pose device_in_room{{0.3, 1.0, -0.5}, glm::angleAxis(0.7, glm::dvec3(0.0, 1.0, 0.0))};
+  headset_pointer()->colocation().keep(device_in_room, {});
+  const xr::Fingers open = right_after_two(fingers_at({0.1F, 1.2F, -0.4F}, 0.05));
+  ASSERT_TRUE(open.seen);
+  EXPECT_FALSE(open.pinches);
+  // Floats, about a metre.
+  EXPECT_LT(glm::distance(open.fingertip_m, inverse(device_in_room)({0.1, 1.2, -0.4})), 1e-6);
+  EXPECT_TRUE(headset_report().hand_tracking);
+  EXPECT_FALSE(source.hands.hand[1].active) << "a bare hand is no controller";
+  EXPECT_EQ(source.hands.hand[1].profile, "/interaction_profiles/ext/hand_interaction_ext");
+  EXPECT_FALSE(source.hands.fingers[0].seen);
+  EXPECT_TRUE(right_after(fingers_at({0.1F, 1.2F, -0.4F}, 0.0)).pinches);
+  EXPECT_FALSE(right_after(fingers_at({0.1F, 1.2F, -0.4F}, 0.05)).pinches);
+  // A controller is taken up again.
+  runtime().script_hand(1, [](XrTime) { return XrPosef{{0, 0, 0, 1}, {0.2F, 1.1F, -0.4F}}; });
+  step();
+  EXPECT_TRUE(source.hands.hand[1].active);
+  EXPECT_FALSE(source.hands.fingers[1].seen);
+}
+
+TEST_F(XrHandInteraction, AFingertipThatTheRuntimeGuessesIsNotSeen) {
+  std::erase(runtime().setup().extensions, XR_EXT_HAND_TRACKING_EXTENSION_NAME);
+  start_bare();
+  const XrVector3f at{0.1F, 1.2F, -0.4F};
+  constexpr XrSpaceLocationFlags kGuessed =
+      XR_SPACE_LOCATION_POSITION_VALID_BIT | XR_SPACE_LOCATION_ORIENTATION_VALID_BIT;
+  const std::vector<std::pair<const char*, fake::FingerScript>> rows{
+      {"gone", nullptr},
+      {"not valid",
+       [&](XrTime) {
+         return fake::SeenFingers{at, at, 0, kRadius_m};
+       }},
+      {"guessed",
+       [&](XrTime) {
+         return fake::SeenFingers{at, at, kGuessed, kRadius_m};
+       }},
+      {"not finite", [&](XrTime) {
+         return fake::SeenFingers{at, {std::nanf(""), 1, 1}, 0xF, kRadius_m};
+       }}};
+  for (const auto& [what, lost] : rows) {
+    ASSERT_TRUE(right_after_two(fingers_at(at, 0.0)).pinches) << what;
+    const xr::Fingers& now = right_after(lost);
+    EXPECT_FALSE(now.seen) << what;
+    EXPECT_FALSE(now.pinches) << what;
+  }
+}
+
+TEST_F(XrHandInteraction, TheJointsAreAskedForOnlyWhereTheRuntimeDoesNotSayMore) {
+  start_bare();
+  // 9 mm: apart by the joints, touching for this runtime.
+  ASSERT_TRUE(right_after_two(fingers_at({0.1F, 1.2F, -0.4F}, 0.009)).pinches);
+  const int located = runtime().calls("xrLocateHandJointsEXT");
+  step();
+  EXPECT_EQ(runtime().calls("xrLocateHandJointsEXT"), located + 1) << "of the left hand only";
+  close();
+  runtime().reset();
+  std::erase(runtime().setup().extensions, "XR_EXT_hand_interaction");
+  start_bare();
+  const xr::Fingers& joints = right_after_two(fingers_at({0.1F, 1.2F, -0.4F}, 0.009));
+  EXPECT_TRUE(joints.seen);
+  EXPECT_FALSE(joints.pinches);
+}
+
 TEST_F(XrHandTracking, ALostSessionIsLostInTheseCallsToo) {
   start();
   runtime().script_fingers(1, fingers_at({0.1F, 1.2F, -0.4F}, 0.0));

@@ -256,14 +256,16 @@ TEST_F(XrLoss, KeepsThePictureOnTheDeviceThroughRecentringAndNewSessions) {
                                               p.orientation.z))};
   };
   xr::HeadsetOptions options;
-  for (const xr::Origin origin : {xr::Origin::kStage, xr::Origin::kLocal}) {
+  for (const xr::Origin origin :
+       {xr::Origin::kStage, xr::Origin::kLocal, xr::Origin::kLocalFloor}) {
     close();
     runtime().reset();
     options.origin = origin;
     xr::Headset& h = headset(options);
     step_until(HeadsetState::kFocused);
-    const auto base = origin == xr::Origin::kStage ? XR_REFERENCE_SPACE_TYPE_STAGE
-                                                   : XR_REFERENCE_SPACE_TYPE_LOCAL;
+    const auto base = origin == xr::Origin::kStage   ? XR_REFERENCE_SPACE_TYPE_STAGE
+                      : origin == xr::Origin::kLocal ? XR_REFERENCE_SPACE_TYPE_LOCAL
+                                                     : fake::kLocalFloor;
     const xr::Pose room_from_device{{0.3, 0.8, -0.4}, random.turn()};
     const xr::Pose world_from_device{{0.0, 1.0, 0.0}, random.turn()};
     h.colocation().keep(

@@ -206,6 +206,8 @@ TEST_F(Monado, ShowsFramesLocatesBothControllersAndEndsCleanly) {
   EXPECT_THAT(said, HasSubstr("profile /interaction_profiles/khr/simple_controller"));
   // The null compositor's own values: 320 x 240, a clock that can be converted, a depth layer.
   EXPECT_THAT(said, HasSubstr("depth 1"));
+  EXPECT_THAT(said, HasSubstr("origin local floor rate 20 of 0"))
+      << "the null compositor has one rate, so none to choose";
   EXPECT_THAT(said, HasSubstr("exact 1 size 320x240"));
   EXPECT_THAT(said, HasSubstr("state ended"));
 }

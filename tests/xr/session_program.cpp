@@ -39,7 +39,7 @@ int main(int count, char** arguments) {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
 
   test::GradientSource source;
-  xr::Headset headset({}, source);
+  xr::Headset headset({.origin = xr::Origin::kLocalFloor}, source);
   xr::HeadsetState last = xr::HeadsetState::kEnded;
   uint64_t session = 0, drawn_before = 0;
   int64_t ahead_ns = 0;
@@ -62,6 +62,8 @@ int main(int count, char** arguments) {
     if (drawn > 0 && drawn % 10 == 0) std::printf("drawn %d\n", int(drawn));
     if (!ending && session >= wanted_session && drawn >= wanted_frames) {
       say_hands(report.hands);
+      std::printf("origin %s rate %g of %zu\n", xr::name(report.origin), report.display.hz,
+                  report.display.offered_hz.size());
       std::printf("depth %d ahead_ms %.1f exact %d size %ux%u devices %d\n", int(report.depth),
                   double(ahead_ns) * 1e-6, int(source.last->display_time_exact),
                   source.last->color.size.width, source.last->color.size.height, source.uses);

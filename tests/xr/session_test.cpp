@@ -240,6 +240,32 @@ TEST_F(SessionLife, UsesTheOriginThatIsWantedOrTheNextBest) {
   std::erase(runtime().setup().spaces, XR_REFERENCE_SPACE_TYPE_STAGE);
   EXPECT_NEAR(height_of_eye(), 0.0, 1e-6);
   EXPECT_EQ(headset_report().origin, xr::Origin::kLocal);
+  options.origin = xr::Origin::kLocalFloor;
+  EXPECT_NEAR(height_of_eye(), 1.6, 1e-6) << "above the floor, without a stage";
+  EXPECT_EQ(headset_report().origin, xr::Origin::kLocalFloor);
+}
+
+TEST_F(SessionLife, StaysWithAPersonWhoRecentresAndKeepsTheHeightOfTheFloor) {
+  const XrPosef aside{{0.0F, 0.6F, 0.0F, 0.8F}, {0.4F, -0.5F, 0.3F}};
+  for (const bool offered : {true, false}) {
+    SCOPED_TRACE(offered ? "with a local floor" : "without");
+    close();
+    runtime().reset();
+    if (!offered) std::erase(runtime().setup().extensions, "XR_EXT_local_floor");
+    headset({.origin = xr::Origin::kLocalFloor});
+    step_until(HeadsetState::kFocused);
+    step();
+    const auto eye = [&] { return source.last->eyes[0].world_from_eye; };
+    EXPECT_EQ(headset_report().origin, offered ? xr::Origin::kLocalFloor : xr::Origin::kStage);
+    const xr::Pose before = eye();
+    runtime().recentre(XR_REFERENCE_SPACE_TYPE_LOCAL, runtime().now(), aside, true);
+    step();
+    const glm::dvec3 moved_m = eye().position_m - before.position_m;
+    EXPECT_NEAR(moved_m.y, 0.0, 1e-6) << "the floor stays where it is";
+    // The head sways by millimetres; the person has recentred by half a metre.
+    EXPECT_EQ(glm::length(moved_m) > 0.4, offered);
+    EXPECT_TRUE(runtime().violations().empty());
+  }
 }
 
 TEST_F(SessionLife, GivesTheEyesAsTheRuntimeSaysThem) {

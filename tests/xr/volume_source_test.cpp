@@ -281,6 +281,34 @@ TEST_F(VolumeSourceTest, CompilesNothingInTheFrameLoop) {
   }
 }
 
+TEST_F(VolumeSourceTest, KnowsFromItsFirstPicturesWhichPeriodTheyNeed) {
+  xr::VolumeSource drawing(showing(small_heart()));
+  xr::Headset headset({}, drawing);
+  // Per picture: what takes part in its time is not told apart here, so bounds of what it needs.
+  double least_s = 1e9, most_s = 0.0, took_s = 0.0, share = 0.0;
+  uint64_t drawn = 0;
+  for (int k = 0; k < 60'000 && drawn < 31; ++k) {
+    now_ns_ += 11'111'111;
+    if (headset.step(now_ns_).drawn == drawn) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      continue;
+    }
+    if (drawn > 0) {
+      took_s = drawing.picture_s();
+      least_s = std::min(least_s, std::min(1.0, 0.5 / share) * took_s / 0.7);
+      most_s = std::max(most_s, std::max(1.0, 0.5 / share) * took_s / 0.7);
+    }
+    share = double(drawing.size().width) * drawing.size().height / (64.0 * 48.0);
+    drawn = headset.report().drawn;
+    EXPECT_EQ(drawing.needed_period_s() > 0.0, drawn > 30) << drawn;
+  }
+  ASSERT_EQ(drawn, 31u) << drawing.trouble();
+  EXPECT_GE(drawing.needed_period_s(), least_s);
+  EXPECT_LE(drawing.needed_period_s(), most_s);
+  const xr::DisplayRate& rate = headset.report().display;
+  EXPECT_EQ(rate.chosen_hz, xr::highest_rate(rate.offered_hz, drawing.needed_period_s()));
+}
+
 TEST_F(VolumeSourceTest, MakesEverythingAnewOnTheDeviceOfARuntimeThatInsistsOnItsOwn) {
   const auto heart = small_heart();
   xr::VolumeSource drawing(showing(heart));

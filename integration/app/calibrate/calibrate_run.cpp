@@ -407,7 +407,7 @@ class Calibrating {
     const xr::Report& report = headset_.report();
     files::StoredCalibration stored;
     stored.calibration = found;
-    stored.space = report.origin == xr::Origin::kStage ? "stage" : "local";
+    stored.space = xr::name(report.origin);
     stored.device = info_.name;
     stored.headset = report.system;
     stored.runtime = report.runtime;

@@ -37,23 +37,15 @@ const std::string& path_text(XrPath path) {
   return path == 0 || path > w.paths.size() ? none : w.paths[path - 1];
 }
 
-/// The bound parts of the controller in this hand.
-std::vector<std::string> bound_parts(const Action& action, XrPath hand) {
-  World& w = world();
-  std::vector<std::string> parts;
-  const Instance* instance = nullptr;
-  for (const auto& [id, object] : w.objects)
-    if (object->kind == Kind::kInstance) instance = static_cast<Instance*>(object.get());
-  for (const auto& [profile, lines] : instance->suggested) {
-    if (path_text(profile) != w.setup().profile) continue;
-    for (const auto& [id, path] : lines) {
-      if (id != action.id) continue;
-      const std::string& part = path_text(path);
-      if (hand && part.rfind(path_text(hand) + "/", 0) != 0) continue;
-      parts.push_back(part);
-    }
-  }
-  return parts;
+int side_of(const std::string& path) {
+  return path.rfind("/user/hand/left", 0) == 0 ? 0 : 1;
+}
+
+/// 0: the fingers are 30 mm apart or more; 1: they touch, or nearly so.
+float pinch_of(const SeenFingers& seen) {
+  const XrVector3f &a = seen.thumb_tip, &b = seen.index_tip;
+  const float gap = std::hypot(a.x - b.x, a.y - b.y, a.z - b.z) - 2 * seen.radius;
+  return std::clamp(1 - (gap - 0.005F) / 0.025F, 0.0F, 1.0F);
 }
 
 float largest(const std::map<std::string, float>& input, const std::vector<std::string>& parts) {
@@ -63,13 +55,6 @@ float largest(const std::map<std::string, float>& input, const std::vector<std::
     if (at != input.end() && std::abs(at->second) > std::abs(value)) value = at->second;
   }
   return value;
-}
-
-bool is_there(const std::vector<std::string>& parts) {
-  World& w = world();
-  return std::any_of(parts.begin(), parts.end(), [&](const std::string& part) {
-    return bool(w.hands[part.rfind("/user/hand/left", 0) == 0 ? 0 : 1]);
-  });
 }
 
 struct Asked {
@@ -95,8 +80,8 @@ Asked ask(const Call& call, const char* function, const XrActionStateGetInfo* ge
     return {w.violation(std::string(function) + ": subaction", XR_ERROR_PATH_UNSUPPORTED)};
   Asked asked;
   const auto parts = bound_parts(*action, get->subactionPath);
-  asked.active = call.session->synced && call.session->state == XR_SESSION_STATE_FOCUSED &&
-                 !parts.empty() && is_there(parts);
+  asked.active =
+      call.session->synced && call.session->state == XR_SESSION_STATE_FOCUSED && !parts.empty();
   if (!asked.active) return asked;
   asked.value = largest(call.session->input, parts);
   asked.before = largest(call.session->input_before, parts);
@@ -104,6 +89,24 @@ Asked ask(const Call& call, const char* function, const XrActionStateGetInfo* ge
 }
 
 }  // namespace
+
+std::vector<std::string> bound_parts(const Action& action, XrPath hand) {
+  World& w = world();
+  std::vector<std::string> parts;
+  const Instance* instance = nullptr;
+  for (const auto& [id, object] : w.objects)
+    if (object->kind == Kind::kInstance) instance = static_cast<Instance*>(object.get());
+  const std::string now[2] = {w.profile_of(0), w.profile_of(1)};
+  for (const auto& [profile, lines] : instance->suggested) {
+    for (const auto& [id, path] : lines) {
+      if (id != action.id) continue;
+      const std::string& part = path_text(path);
+      if (hand && part.rfind(path_text(hand) + "/", 0) != 0) continue;
+      if (path_text(profile) == now[side_of(part)]) parts.push_back(part);
+    }
+  }
+  return parts;
+}
 
 XrResult xr_CreateActionSet(XrInstance handle, const XrActionSetCreateInfo* create,
                             XrActionSet* made) {
@@ -171,7 +174,9 @@ XrResult xr_SuggestInteractionProfileBindings(
   if (call.answered()) return call.answer();
   World& w = world();
   const std::string& profile = path_text(suggested->interactionProfile);
-  if (!is_profile(profile)) return XR_ERROR_PATH_UNSUPPORTED;
+  const bool of_hands = profile == "/interaction_profiles/ext/hand_interaction_ext";
+  if (!is_profile(profile) || (of_hands && !w.enabled("XR_EXT_hand_interaction")))
+    return XR_ERROR_PATH_UNSUPPORTED;
   if (!suggested->countSuggestedBindings) return w.violation("suggested bindings: none");
   std::vector<std::pair<uint64_t, XrPath>> lines;
   for (uint32_t i = 0; i < suggested->countSuggestedBindings; ++i) {
@@ -220,8 +225,8 @@ XrResult xr_GetCurrentInteractionProfile(XrSession handle, XrPath user,
   if (text != "/user/hand/left" && text != "/user/hand/right")
     return w.violation("xrGetCurrentInteractionProfile: " + text, XR_ERROR_PATH_UNSUPPORTED);
   state->interactionProfile = XR_NULL_PATH;
-  if (!call.session->synced || !w.hands[text == "/user/hand/left" ? 0 : 1]) return XR_SUCCESS;
-  const auto at = std::find(w.paths.begin(), w.paths.end(), w.setup().profile);
+  if (!call.session->synced) return XR_SUCCESS;
+  const auto at = std::find(w.paths.begin(), w.paths.end(), w.profile_of(side_of(text)));
   if (at != w.paths.end()) state->interactionProfile = XrPath(at - w.paths.begin()) + 1;
   return XR_SUCCESS;
 }
@@ -237,7 +242,8 @@ XrResult xr_SyncActions(XrSession handle, const XrActionsSyncInfo* sync) {
       return w.violation("xrSyncActions", XR_ERROR_ACTIONSET_NOT_ATTACHED);
   }
   if (call.session->state != XR_SESSION_STATE_FOCUSED) return XR_SESSION_NOT_FOCUSED;
-  if (!call.session->synced) {
+  const std::array<std::string, 2> profiles{w.profile_of(0), w.profile_of(1)};
+  if (!call.session->synced || profiles != call.session->profiles) {
     XrEventDataInteractionProfileChanged changed{XR_TYPE_EVENT_DATA_INTERACTION_PROFILE_CHANGED};
     changed.session = handle;
     XrEventDataBuffer buffer{XR_TYPE_EVENT_DATA_BUFFER};
@@ -245,10 +251,15 @@ XrResult xr_SyncActions(XrSession handle, const XrActionsSyncInfo* sync) {
     w.events.push_back(buffer);
   }
   call.session->synced = true;
+  call.session->profiles = profiles;
   call.session->input_before = call.session->input;
   call.session->input = w.inputs;
   for (const std::string& part : w.taps) call.session->input[part] = 1.0F;
   w.taps.clear();
+  for (const int side : {0, 1})
+    if (const auto seen = w.fingers[side] ? w.fingers[side](w.time) : std::nullopt)
+      call.session->input[std::string("/user/hand/") + (side ? "right" : "left") +
+                          "/input/pinch_ext/value"] = pinch_of(*seen);
   return XR_SUCCESS;
 }
 

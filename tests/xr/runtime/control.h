@@ -18,15 +18,21 @@
 /// end), _REAL_TIME and _REMOTE (see remote.h).
 namespace palpate::test::fake {
 
+/// XR_REFERENCE_SPACE_TYPE_LOCAL_FLOOR_EXT, which is not in Debian 12's headers.
+constexpr XrReferenceSpaceType kLocalFloor = XrReferenceSpaceType(1000426000);
+
 /// The properties of the runtime. Read when an instance, system or session is created.
 struct Setup {
   /// By default all that are implemented.
   std::vector<std::string> extensions;
   std::vector<int64_t> formats;  ///< of swapchains, in order of preference
+  /// kLocalFloor is offered only to those who enable XR_EXT_local_floor.
   std::vector<XrReferenceSpaceType> spaces;
   std::vector<XrEnvironmentBlendMode> blend_modes;
   uint32_t view_width = 64, view_height = 48;
   double rate_hz = 90.0;
+  /// Of the display, that programs may choose from (XR_FB_display_refresh_rate).
+  std::vector<float> rates_hz = {72.0F, 90.0F, 120.0F};
   bool headset_on = true;  ///< false: FORM_FACTOR_UNAVAILABLE
   bool runtime_up = true;  ///< false: xrCreateInstance gives RUNTIME_FAILURE
   /// sessions only with the last VkDevice made through this instance
@@ -122,12 +128,15 @@ class Control {
   /// An event, then every call fails with it.
   virtual void lose_instance() = 0;
   virtual void lose_session() = 0;
+  /// The runtime changes the display's rate by itself.
+  virtual void change_rate(double hz) = 0;
   virtual void push_event(const XrEventDataBuffer& event) = 0;
   virtual XrSession session() const = 0;  ///< the newest, or null
   virtual XrSessionState state() const = 0;
   virtual int64_t overlay() const = 0;  ///< place of the newest session among overlays; -1: none
   /// The origin of a space moves at `time`: poseInPreviousSpace as given. Poses located later are
-  /// in the new space. `say_pose` false: poseValid is false.
+  /// in the new space. `say_pose` false: poseValid is false. With LOCAL goes kLocalFloor, which
+  /// has an event of its own, and stays at the stage's height.
   virtual void recentre(XrReferenceSpaceType space, XrTime time, const XrPosef& pose,
                         bool say_pose) = 0;
 

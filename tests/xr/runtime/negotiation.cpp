@@ -108,6 +108,10 @@ XrResult xr_CreateHandTrackerEXT(XrSession handle, const XrHandTrackerCreateInfo
 XrResult xr_DestroyHandTrackerEXT(XrHandTrackerEXT handle);
 XrResult xr_LocateHandJointsEXT(XrHandTrackerEXT handle, const XrHandJointsLocateInfoEXT* locate,
                                 XrHandJointLocationsEXT* locations);
+XrResult xr_EnumerateDisplayRefreshRatesFB(XrSession handle, uint32_t capacity, uint32_t* count,
+                                           float* rates);
+XrResult xr_GetDisplayRefreshRateFB(XrSession handle, float* rate);
+XrResult xr_RequestDisplayRefreshRateFB(XrSession handle, float rate);
 XrResult xr_GetInstanceProcAddr(XrInstance instance, const char* name,
                                 PFN_xrVoidFunction* function);
 
@@ -183,6 +187,9 @@ const Entry kEntries[] = {
     PALPATE_ENTRY(CreateHandTrackerEXT),
     PALPATE_ENTRY(DestroyHandTrackerEXT),
     PALPATE_ENTRY(LocateHandJointsEXT),
+    PALPATE_ENTRY(EnumerateDisplayRefreshRatesFB),
+    PALPATE_ENTRY(GetDisplayRefreshRateFB),
+    PALPATE_ENTRY(RequestDisplayRefreshRateFB),
 };
 #undef PALPATE_ENTRY
 

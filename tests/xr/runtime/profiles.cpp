@@ -39,6 +39,14 @@ const std::map<std::string, Parts>& table() {
          "thumbstick/y", "thumbstick/click", "trackpad", "trackpad/x", "trackpad/y",
          "trackpad/click", "trackpad/touch"},
         {},
+        {}}},
+      // Without haptics. Its poses are valid in every profile where the extension is enabled; no
+      // test needs them there.
+      {"/interaction_profiles/ext/hand_interaction_ext",
+       {{"pinch_ext/pose", "poke_ext/pose", "pinch_ext/value", "pinch_ext/ready_ext",
+         "aim_activate_ext/value", "aim_activate_ext/ready_ext", "grasp_ext/value",
+         "grasp_ext/ready_ext"},
+        {},
         {}}}};
   return all;
 }
@@ -58,7 +66,8 @@ bool has_part(const std::string& profile, const std::string& path) {
   const std::string rest = path.substr((is_left ? left : right).size());
   for (const char* common :
        {"input/grip/pose", "input/aim/pose", "output/haptic", "input/grip", "input/aim"})
-    if (rest == common) return true;
+    if (rest == common)
+      return rest != "output/haptic" || profile.rfind("/interaction_profiles/ext/", 0) != 0;
   if (rest.rfind("input/", 0) != 0) return false;
   const std::string part = rest.substr(6);
   const Parts& has = parts->second;

@@ -178,7 +178,13 @@ void obey(const std::string& line, World& world) {
   } else if (command == "profile") {
     words >> world.setup().profile;
   } else if (command == "rate") {
-    words >> world.setup().rate_hz;
+    std::vector<float>& offered = world.setup().rates_hz;
+    offered.clear();
+    for (float hz = 0.0F; words >> hz;) offered.push_back(hz);
+    world.change_rate(offered.front());
+  } else if (command == "without") {
+    words >> what;
+    std::erase(world.setup().extensions, what);
   } else if (command == "headset") {
     words >> what;
     world.setup().headset_on = what == "on";

@@ -21,7 +21,8 @@ class World;
 ///   head X Y Z
 ///   view WIDTH HEIGHT                of the next session's pictures
 ///   profile PATH                     which controllers the next session's hands hold
-///   rate HZ                          of the display
+///   rate HZ [HZ...]                  of the display; all that programs may choose from
+///   without EXTENSION                the next instance is not offered it
 ///   headset on|off, runtime up|down, lose session|instance, pictures on
 ///   recentre X Y Z                   the stage's origin moves, and the runtime says how far
 ///   exit                             the person ends the session

@@ -305,6 +305,36 @@ XrResult xr_EndFrame(XrSession handle, const XrFrameEndInfo* end) {
   return XR_SUCCESS;
 }
 
+XrResult xr_EnumerateDisplayRefreshRatesFB(XrSession handle, uint32_t capacity, uint32_t* count,
+                                           float* rates) {
+  const Call call("xrEnumerateDisplayRefreshRatesFB", handle);
+  if (call.answered()) return call.answer();
+  World& w = world();
+  if (!w.enabled(XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME))
+    return w.violation("xrEnumerateDisplayRefreshRatesFB", XR_ERROR_FUNCTION_UNSUPPORTED);
+  return enumerate(w.setup().rates_hz, capacity, count, rates,
+                   [](auto from, auto& to) { to = from; });
+}
+
+XrResult xr_GetDisplayRefreshRateFB(XrSession handle, float* rate) {
+  const Call call("xrGetDisplayRefreshRateFB", handle);
+  if (call.answered()) return call.answer();
+  *rate = float(world().setup().rate_hz);
+  return XR_SUCCESS;
+}
+
+XrResult xr_RequestDisplayRefreshRateFB(XrSession handle, float rate) {
+  const Call call("xrRequestDisplayRefreshRateFB", handle);
+  if (call.answered()) return call.answer();
+  World& w = world();
+  const auto& offered = w.setup().rates_hz;
+  if (std::find(offered.begin(), offered.end(), rate) == offered.end())
+    return w.violation("xrRequestDisplayRefreshRateFB",
+                       XR_ERROR_DISPLAY_REFRESH_RATE_UNSUPPORTED_FB);
+  w.change_rate(rate);
+  return XR_SUCCESS;
+}
+
 XrResult xr_LocateViews(XrSession handle, const XrViewLocateInfo* locate, XrViewState* state,
                         uint32_t capacity, uint32_t* count, XrView* views) {
   const Call call("xrLocateViews", handle);

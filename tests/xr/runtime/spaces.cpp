@@ -12,17 +12,27 @@ XrSession session_of(XrSpace handle) {
   return space ? handle_of<XrSession>(space->parent) : XR_NULL_HANDLE;
 }
 
-/// room_from_space; none while its controller is not tracked.
-std::optional<XrPosef> place(const Space& space, XrTime time) {
+/// room_from_space; none while its controller, or bare hand, is not there. flags: what is known of
+/// it.
+std::optional<XrPosef> place(const Space& space, XrTime time, XrSpaceLocationFlags& flags) {
   World& w = world();
   if (space.reference) {
     if (!w.setup().tracked && space.type == XR_REFERENCE_SPACE_TYPE_VIEW) return std::nullopt;
     return compose(w.room_from(space.type, time), space.offset);
   }
-  if (space.hand < 0 || !w.hands[space.hand]) return std::nullopt;
+  if (space.hand < 0) return std::nullopt;
   const auto* session = w.find<Session>(Kind::kSession, space.parent);
   if (!session->synced || session->state != XR_SESSION_STATE_FOCUSED) return std::nullopt;
-  return compose(w.hands[space.hand](time), space.offset);
+  const char* side = space.hand == 0 ? "/user/hand/left" : "/user/hand/right";
+  const auto parts =
+      bound_parts(*w.find<Action>(Kind::kAction, space.action), w.path_numbers.at(side));
+  if (parts.empty()) return std::nullopt;
+  if (w.hands[space.hand]) return compose(w.hands[space.hand](time), space.offset);
+  // Of a bare hand there is the fingertip only.
+  const auto seen = w.fingers[space.hand](time);
+  if (!seen || parts[0].find("/poke_ext/pose") == std::string::npos) return std::nullopt;
+  flags = seen->flags;
+  return compose({{0, 0, 0, 1}, seen->index_tip}, space.offset);
 }
 
 }  // namespace
@@ -31,8 +41,9 @@ XrResult xr_EnumerateReferenceSpaces(XrSession handle, uint32_t capacity, uint32
                                      XrReferenceSpaceType* spaces) {
   const Call call("xrEnumerateReferenceSpaces", handle);
   if (call.answered()) return call.answer();
-  return enumerate(world().setup().spaces, capacity, count, spaces,
-                   [](auto from, auto& to) { to = from; });
+  std::vector<XrReferenceSpaceType> offered = world().setup().spaces;
+  if (!world().offers_floor()) std::erase(offered, kLocalFloor);
+  return enumerate(offered, capacity, count, spaces, [](auto from, auto& to) { to = from; });
 }
 
 XrResult xr_CreateReferenceSpace(XrSession handle, const XrReferenceSpaceCreateInfo* create,
@@ -41,7 +52,8 @@ XrResult xr_CreateReferenceSpace(XrSession handle, const XrReferenceSpaceCreateI
   if (call.answered()) return call.answer();
   World& w = world();
   const auto& offered = w.setup().spaces;
-  if (std::find(offered.begin(), offered.end(), create->referenceSpaceType) == offered.end())
+  if (std::find(offered.begin(), offered.end(), create->referenceSpaceType) == offered.end() ||
+      (create->referenceSpaceType == kLocalFloor && !w.offers_floor()))
     return w.violation("xrCreateReferenceSpace", XR_ERROR_REFERENCE_SPACE_UNSUPPORTED);
   if (!unit(create->poseInReferenceSpace.orientation))
     return w.violation("xrCreateReferenceSpace: pose", XR_ERROR_POSE_INVALID);
@@ -101,15 +113,16 @@ XrResult xr_LocateSpace(XrSpace handle, XrSpace base_handle, XrTime time,
   if (!base) return w.violation("xrLocateSpace: base", XR_ERROR_HANDLE_INVALID);
   if (time <= 0) return w.violation("xrLocateSpace: time", XR_ERROR_TIME_INVALID);
   if (location->type != XR_TYPE_SPACE_LOCATION) return w.violation("xrLocateSpace: type");
-  const auto a = place(*base, time), b = place(*space, time);
-  location->locationFlags = a && b ? 0xF : 0;
+  XrSpaceLocationFlags flags = 0xF;
+  const auto a = place(*base, time, flags), b = place(*space, time, flags);
+  location->locationFlags = a && b ? flags : 0;
   if (a && b) location->pose = compose(inverted(*a), *b);
   auto* velocity = static_cast<XrSpaceVelocity*>(location->next);
   if (!velocity) return XR_SUCCESS;
   if (velocity->type != XR_TYPE_SPACE_VELOCITY) return w.violation("xrLocateSpace: chain");
   velocity->velocityFlags = 0;
   const XrTime step = 1'000'000;
-  const auto later = place(*space, time + step);
+  const auto later = place(*space, time + step, flags);
   if (!a || !b || !later) return XR_SUCCESS;
   const XrVector3f from = compose(inverted(*a), *b).position;
   const XrVector3f to = compose(inverted(*a), *later).position;

@@ -21,14 +21,19 @@ XrPosef standing_head(XrTime time) {
 
 Setup defaults() {
   Setup setup;
-  setup.extensions = {
-      XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME,  XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME,
-      XR_KHR_VISIBILITY_MASK_EXTENSION_NAME, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
-      XR_EXTX_OVERLAY_EXTENSION_NAME,        XR_EXT_HAND_TRACKING_EXTENSION_NAME};
+  setup.extensions = {XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME,
+                      XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME,
+                      XR_KHR_VISIBILITY_MASK_EXTENSION_NAME,
+                      XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
+                      XR_EXTX_OVERLAY_EXTENSION_NAME,
+                      XR_EXT_HAND_TRACKING_EXTENSION_NAME,
+                      "XR_EXT_local_floor",
+                      "XR_EXT_hand_interaction",
+                      XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME};
   setup.formats = {VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_R8G8B8A8_UNORM,
                    VK_FORMAT_D32_SFLOAT};
   setup.spaces = {XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL,
-                  XR_REFERENCE_SPACE_TYPE_STAGE};
+                  XR_REFERENCE_SPACE_TYPE_STAGE, kLocalFloor};
   setup.blend_modes = {XR_ENVIRONMENT_BLEND_MODE_OPAQUE, XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND};
   // For programs that do not use Control.
   if (const char* frames = std::getenv("PALPATE_FAKE_XR_FRAMES"))
@@ -205,23 +210,72 @@ void World::lose_session() {
   if (Session* session = newest_session()) session->lost = true;
 }
 
+void World::change_rate(double hz) {
+  const std::lock_guard lock(mutex);
+  if (hz == settings.rate_hz) return;
+  XrEventDataDisplayRefreshRateChangedFB changed{
+      XR_TYPE_EVENT_DATA_DISPLAY_REFRESH_RATE_CHANGED_FB};
+  changed.fromDisplayRefreshRate = float(settings.rate_hz);
+  changed.toDisplayRefreshRate = float(hz);
+  settings.rate_hz = hz;
+  XrEventDataBuffer buffer{XR_TYPE_EVENT_DATA_BUFFER};
+  std::memcpy(&buffer, &changed, sizeof changed);
+  if (enabled(XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME)) events.push_back(buffer);
+}
+
 void World::recentre(XrReferenceSpaceType space, XrTime at, const XrPosef& pose, bool say_pose) {
   const std::lock_guard lock(mutex);
+  const auto tell = [&](XrReferenceSpaceType of, const XrPosef& moved, bool say) {
+    XrEventDataReferenceSpaceChangePending pending{
+        XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING};
+    pending.session = session();
+    pending.referenceSpaceType = of;
+    pending.changeTime = at;
+    pending.poseValid = say;
+    pending.poseInPreviousSpace = say ? moved : identity();
+    XrEventDataBuffer buffer{XR_TYPE_EVENT_DATA_BUFFER};
+    std::memcpy(&buffer, &pending, sizeof pending);
+    events.push_back(buffer);
+  };
+  const XrPosef floor_before = room_from(kLocalFloor, at);
   // This change is relative to the newest of those that are valid at that time.
   changes.push_back({space, at, compose(room_from(space, at), pose)});
-  XrEventDataReferenceSpaceChangePending pending{XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING};
-  pending.session = session();
-  pending.referenceSpaceType = space;
-  pending.changeTime = at;
-  pending.poseValid = say_pose;
-  pending.poseInPreviousSpace = say_pose ? pose : identity();
-  XrEventDataBuffer buffer{XR_TYPE_EVENT_DATA_BUFFER};
-  std::memcpy(&buffer, &pending, sizeof pending);
-  events.push_back(buffer);
+  tell(space, pose, say_pose);
+  if (!offers_floor()) return;
+  // The floor lies below LOCAL. How far it moves is hidden only with LOCAL: of the stage it has the
+  // height alone.
+  tell(kLocalFloor, compose(inverted(floor_before), room_from(kLocalFloor, at)),
+       say_pose || space == XR_REFERENCE_SPACE_TYPE_STAGE);
+}
+
+bool World::offers_floor() const {
+  const auto& spaces = settings.spaces;
+  return std::find(spaces.begin(), spaces.end(), kLocalFloor) != spaces.end() &&
+         enabled("XR_EXT_local_floor");
+}
+
+std::string World::profile_of(int side) const {
+  if (hands[side]) return settings.profile;
+  const bool seen = settings.sees_hands && fingers[side] && fingers[side](time);
+  return seen && enabled("XR_EXT_hand_interaction")
+             ? "/interaction_profiles/ext/hand_interaction_ext"
+             : "";
+}
+
+bool World::enabled(const std::string& extension) const {
+  return std::any_of(objects.begin(), objects.end(), [&](const auto& entry) {
+    return entry.second->kind == Kind::kInstance &&
+           static_cast<const Instance*>(entry.second.get())->extensions.count(extension);
+  });
 }
 
 XrPosef World::room_from(XrReferenceSpaceType space, XrTime at) const {
   if (space == XR_REFERENCE_SPACE_TYPE_VIEW) return head(at);
+  if (space == kLocalFloor) {
+    XrPosef floor = room_from(XR_REFERENCE_SPACE_TYPE_LOCAL, at);
+    floor.position.y = room_from(XR_REFERENCE_SPACE_TYPE_STAGE, at).position.y;
+    return floor;
+  }
   XrPosef pose = identity();
   if (space == XR_REFERENCE_SPACE_TYPE_LOCAL) pose.position.y = 1.6F;
   for (const SpaceChange& change : changes)

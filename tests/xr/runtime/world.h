@@ -61,6 +61,7 @@ struct Session : Object {
   uint64_t frames = 0, frames_this_run = 0;
   std::vector<uint64_t> attached;
   bool synced = false;
+  std::array<std::string, 2> profiles;               ///< as of the last sync
   std::map<std::string, float> input, input_before;  ///< at the last two syncs
 };
 
@@ -125,6 +126,7 @@ class World : public Control {
   void announce(XrSessionState state) override;
   void lose_instance() override;
   void lose_session() override;
+  void change_rate(double hz) override;
   void push_event(const XrEventDataBuffer& event) override { events.push_back(event); }
   XrSession session() const override;
   XrSessionState state() const override;
@@ -157,6 +159,13 @@ class World : public Control {
   void next_frame();
   /// As from a menu of the runtime's own.
   void exit_by_person();
+  /// Whether there is a LOCAL_FLOOR: only where its extension is enabled.
+  bool offers_floor() const;
+  /// Whether an instance has enabled this extension.
+  bool enabled(const std::string& extension) const;
+  /// The interaction profile of a hand now: that of its controller; without one, while the headset
+  /// sees it, that of bare hands, where XR_EXT_hand_interaction is enabled; or none.
+  std::string profile_of(int side) const;
   XrTime period() const { return XrTime(1e9 / settings.rate_hz + 0.5); }
   /// Records an error of the caller and returns `result`.
   XrResult violation(const std::string& what, XrResult result = XR_ERROR_VALIDATION_FAILURE);
@@ -270,6 +279,9 @@ bool read_back(Session& session, const Swapchain& chain, uint32_t layer, const X
 /// The words of an image as a compositor reads them: formats other than _SRGB are linear (OpenXR
 /// 1.0, XrSwapchain).
 std::vector<std::array<float, 4>> light_of(VkFormat format, const std::vector<uint32_t>& words);
+
+/// The parts of what this hand (XR_NULL_PATH: any) holds, or is, that the action is bound to.
+std::vector<std::string> bound_parts(const Action& action, XrPath hand);
 
 /// The function for xrGetInstanceProcAddr; null if unknown.
 PFN_xrVoidFunction function_named(const std::string& name);
