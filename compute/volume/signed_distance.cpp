@@ -170,7 +170,10 @@ std::vector<float> smoothing_share(const Volume& distance, double sigma_mm) {
   const std::vector<float> outside = half_thickness(-1.0F);
   for (size_t i = 0; i < share.size(); ++i)
     share[i] = float(std::clamp(std::min(share[i], outside[i]) / (kThin * sigma_mm), 0.0, 1.0));
+  // Without steps, but not larger where it is small: a sheet of one voxel would vanish.
+  const std::vector<float> sharp = share;
   smooth(share, distance.grid, sigma_mm);
+  for (size_t i = 0; i < share.size(); ++i) share[i] = std::min(share[i], sharp[i]);
   return share;
 }
 

@@ -42,7 +42,7 @@ std::vector<charts::Span> spans_of(const std::vector<TickRow>& rows) {
 }
 
 /// "Segment   pool, colour 0.9 0.3 0.3: a wall of 4 N, 4000 N/m; where it is thin, ...".
-std::string segment_text(const Segment& segment, const SceneSpec& scene, const VolumeSpec& volume) {
+std::string segment_text(const Segment& segment, const VolumeSpec& volume) {
   const SegmentsSpec& spec = volume.segments;
   std::string text = fmt::format("Segment   {}, colour {:.2g} {:.2g} {:.2g}", segment.name,
                                  segment.colour.r, segment.colour.g, segment.colour.b);
@@ -53,8 +53,8 @@ std::string segment_text(const Segment& segment, const SceneSpec& scene, const V
   text +=
       fmt::format(": a wall of {:.3g} N, {:.4g} N/m", part->strength_n, part->stiffness_n_per_m);
   const glm::dvec3 scale = volume.transform.scale;
-  const WallHold holds = wall_hold(*segment.distance_mm.front(), *part, scene.stiffness_n_per_m,
-                                   std::cbrt(scale.x * scale.y * scale.z));
+  const WallHold holds =
+      wall_hold(*segment.distance_mm.front(), *part, std::cbrt(scale.x * scale.y * scale.z));
   if (holds.force_n < 0.95 * part->strength_n)
     text +=
         fmt::format("; a tenth of it is at most {:.2g} mm thick at this scale and holds {:.2g} N",
@@ -95,7 +95,7 @@ std::vector<std::string> scene_lines(const LoadedScene& scene, bool live) {
                                             : fmt::format("{} frames in {:.3g} s{}", frames,
                                                           volume.times.length_s(), motion)));
     for (const Segment& segment : volume.segments)
-      lines.push_back(segment_text(segment, scene.spec, scene.spec.volumes[v]));
+      lines.push_back(segment_text(segment, scene.spec.volumes[v]));
   }
   return lines;
 }

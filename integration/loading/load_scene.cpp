@@ -144,6 +144,13 @@ Status load_volume(LoadedScene& scene, size_t v, bool chooses, const SequenceCho
       std::min(kFirmPress_n, scene.from_sequence ? choices.strength_n : part.strength_n),
       scene.spec.stiffness_n_per_m, part.stiffness_n_per_m, *shown);
 
+  // Nobody said how stiff the walls of a sequence's segments are: thin ones are stiffer.
+  if (scene.from_sequence)
+    for (SegmentSpec& of : spec.segments.parts)
+      for (const Segment& segment : volume->segments)
+        if (segment.name == of.name)
+          of.stiffness_n_per_m = holding_stiffness(*segment.distance_mm.front(), of, *shown);
+
   // What is felt of it.
   auto wall = felt_wall(scene, spec, *volume, frame, chooses, choices);
   if (wall && !*wall) return wall->error();

@@ -15,13 +15,17 @@ double half_thickness_mm(double force_n, double spring_n_per_m, double wall_n_pe
   return 0.5e3 * (force_n / spring_n_per_m + force_n / wall_n_per_m) / scale;
 }
 
-WallHold wall_hold(const FrameData& distance, const SegmentSpec& segment, double spring_n_per_m,
-                   double scale) {
+double sure_strength(double strength_n, double slope) {
+  constexpr double kSteep = 0.5;
+  const double t = std::clamp(slope / kSteep, 0.0, 1.0);
+  return strength_n * t * t * (3.0 - 2.0 * t);
+}
+
+WallHold wall_hold(const FrameData& distance, const SegmentSpec& segment, double scale) {
   constexpr size_t kPlaces = 800;
-  constexpr double kStepsOfDetail = 2.0, kWalkOfDetail = 0.2;
+  constexpr double kStepsOfDetail = 2.0, kWalkOfDetail = 0.2, kWalkOfEnough = 0.2;
   const glm::dvec3 low = distance.low_m(), extent = distance.high_m() - low;
   const double step_m = kStepsOfDetail * distance.detail_m();
-  const double walk_m = kWalkOfDetail * distance.detail_m();
   const glm::ivec3 n = glm::max(glm::ivec3(extent / step_m), glm::ivec3(1));
 
   // Places near the border, moved onto it.
@@ -37,31 +41,43 @@ WallHold wall_hold(const FrameData& distance, const SegmentSpec& segment, double
         if (square > 0.25) places.push_back(x - 1e-3 * mm * slope / square);
       }
 
-  // How deep it is behind them.
-  const double full_m = segment.strength_n / (segment.stiffness_n_per_m * scale);
-  const double spring_m = 1e-3 * half_thickness_mm(segment.strength_n, spring_n_per_m,
-                                                   segment.stiffness_n_per_m, scale);
-  const double enough_m = std::max(full_m, spring_m);
-  std::vector<double> depths_m;
+  // How deep and how strong it is behind them.
+  const TransferFunction strength = segment_strength(segment, scale);
+  const double enough_m = segment.strength_n / (segment.stiffness_n_per_m * scale);
+  const double walk_m = std::min(kWalkOfDetail * distance.detail_m(), kWalkOfEnough * enough_m);
+  std::vector<double> depths_m, forces_n;
   for (size_t p = 0; p < places.size(); p += 1 + places.size() / kPlaces) {
     glm::dvec3 x = places[p];
-    double depth_m = 0.0;
-    for (double way_m = 0.0; way_m < 2.0 * enough_m; way_m += walk_m) {
+    double depth_m = 0.0, most_n = 0.0;
+    for (double way_m = 0.0; way_m < 2.0 * enough_m + distance.detail_m(); way_m += walk_m) {
       const ScalarSample here = distance.scalar_and_gradient(x);
       if (1e-3 * here.value < depth_m - 0.25 * step_m) break;  // behind the middle
       depth_m = std::max(depth_m, 1e-3 * here.value);
       const double steep = glm::length(here.gradient);
-      if (depth_m >= enough_m || !(steep > 0.0)) break;
+      most_n = std::max(most_n, sure_strength(strength(here.value), 1e-3 * steep));
+      if (most_n >= segment.strength_n || !(steep > 0.0)) break;
       x += walk_m * here.gradient / steep;
     }
     depths_m.push_back(depth_m);
+    forces_n.push_back(most_n);
   }
   if (depths_m.empty()) return {};
-  const auto thin = depths_m.begin() + ptrdiff_t(depths_m.size() / 10);
-  std::nth_element(depths_m.begin(), thin, depths_m.end());
-  const double half_m = *thin * scale, k = spring_n_per_m, wall = segment.stiffness_n_per_m;
-  return {std::min({segment.strength_n, wall * half_m, 2.0 * half_m * k * wall / (k + wall)}),
-          2.0 * half_m};
+  const auto at_thin_places = [](std::vector<double>& of) {
+    const auto thin = of.begin() + ptrdiff_t(of.size() / 10);
+    std::nth_element(of.begin(), thin, of.end());
+    return *thin;
+  };
+  return {at_thin_places(forces_n), 2.0 * scale * at_thin_places(depths_m)};
+}
+
+double holding_stiffness(const FrameData& distance, const SegmentSpec& segment, double scale) {
+  constexpr int kDoublings = 4;
+  SegmentSpec stiffer = segment;
+  for (int n = 0; n < kDoublings; ++n) {
+    if (wall_hold(distance, stiffer, scale).force_n >= 0.95 * segment.strength_n) break;
+    stiffer.stiffness_n_per_m *= 2.0;
+  }
+  return stiffer.stiffness_n_per_m;
 }
 
 std::vector<ModeSpec> modes_of(const SceneSpec& spec) {

@@ -34,10 +34,19 @@ struct WallHold {
 
 /// Looks at some hundred places of a segment's border, inwards along the gradient of its distance
 /// (mm, above 0 inside) to where it is largest, at most as far as the strength grows: there is half
-/// of the thickness t. It holds the strength K t / 2 there, and not more than what keeps the hand
-/// in its half (half_thickness_mm()). For walls without a border: all 0. Any thread.
-WallHold wall_hold(const FrameData& distance, const SegmentSpec& segment, double spring_n_per_m,
-                   double scale);
+/// of the thickness. A place holds the largest strength on this way, as a surface has it there
+/// (sure_strength()). For walls without a border: all 0. Any thread.
+WallHold wall_hold(const FrameData& distance, const SegmentSpec& segment, double scale);
+
+/// The stiffness with which a segment's wall holds its strength where it is thin, N/m: the least of
+/// its own one, twice that, ... and 16 times that; the last if none is enough. In series with the
+/// scene's softer spring it is hardly felt. Any thread.
+double holding_stiffness(const FrameData& distance, const SegmentSpec& segment, double scale);
+
+/// The strength of a surface that reads a distance: where another side of it becomes the nearest,
+/// the distance is flat (slope 0, else 1) and turns round. Towards that the strength goes to 0,
+/// smoothly. slope: length of the distance's gradient. Real-time safe.
+double sure_strength(double strength_n, double slope);
 
 /// What a wall should hold: a firm press, N.
 inline constexpr double kFirmPress_n = 3.0;

@@ -156,6 +156,23 @@ TEST(SignedDistance, KeepsWallsThatAreThinnerThanItsGaussian) {
   }
 }
 
+TEST(SignedDistance, KeepsASheetOfOneVoxel) {
+  for (const double slope : {0.0, 0.3}) {
+    const Mask sheet = mask_of(centred_grid({40, 40, 40}, glm::dvec3(1.0)), [&](glm::dvec3 x) {
+      return std::abs(x.z + slope * x.x - 0.5) < 0.5001 && glm::length(x) < 18.0;
+    });
+    const Volume distance = signed_distance(sheet);
+    // Half a voxel in its middle, and so much outside of it.
+    for (int i = -6; i < 6; ++i) {
+      double most = -1e9;
+      for (int k = -10; k < 10; ++k)
+        most =
+            std::max(most, sample(distance, distance.grid.index_from_lps({i + 0.5, 0.5, k + 0.5})));
+      EXPECT_GT(most, 0.35) << slope << " at " << i;
+    }
+  }
+}
+
 TEST(SignedDistance, OfTwoPartsThatTouchHasOneSurfaceBetweenThem) {
   const Grid grid = centred_grid({48, 48, 12}, {1.0, 1.0, 4.0});
   const auto pool = [](glm::dvec3 x) { return glm::length(x / glm::dvec3(1, 1, 1.2)) < 10.0; };

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "module/haptics/modes/modes.h"
+#include "module/scene/segment_modes.h"
 
 namespace palpate {
 namespace {
@@ -9,16 +10,7 @@ namespace {
 // A slope below this share of the value, per m, is only rounding between equal samples.
 constexpr double kFlat_per_m = 1e-9;
 
-// A smooth distance grows by 1 per length beside its surface and is flat where another side of the
-// surface becomes the nearest. There its direction turns round: the strength goes to 0 towards it,
-// smoothly, from this slope on.
-constexpr double kSteep = 0.5;
 constexpr double kMm_per_m = 1e3;
-
-double sure(double slope) {
-  const double t = std::clamp(slope / kSteep, 0.0, 1.0);
-  return t * t * (3.0 - 2.0 * t);
-}
 
 /// Surface and friction, equation (12): a plane across the gradient at the proxy, as strong as the
 /// transfer function says, with Coulomb friction. It holds the hand out of higher values (or in
@@ -40,7 +32,7 @@ class Surface final : public Mode {
     const glm::dvec3 uphill = at.data.vector();
     // Flat, but for rounding: there is no surface to stand on.
     if (!(glm::length(uphill) > kFlat_per_m * std::abs(value))) return;
-    if (of_distance_) strength *= sure(glm::length(uphill) / kMm_per_m);
+    if (of_distance_) strength = sure_strength(strength, glm::length(uphill) / kMm_per_m);
     const double friction = friction_(value);
     if (entering_) out.surface(at.proxy, -uphill, strength, friction);
     if (leaving_) out.surface(at.proxy, uphill, strength, friction);
@@ -54,11 +46,11 @@ class Surface final : public Mode {
     const double slope = glm::length(uphill);
     if (!(slope > kFlat_per_m * std::abs(middle_mm))) return;
     const double reach_mm = kMm_per_m * at.ball->reach_m(uphill / slope);
-    const double share = sure(slope / kMm_per_m);
     if (const double mm = middle_mm + reach_mm; entering_)
-      out.surface(at.proxy, -uphill, share * strength_(mm), friction_(mm));
+      out.surface(at.proxy, -uphill, sure_strength(strength_(mm), slope / kMm_per_m),
+                  friction_(mm));
     if (const double mm = middle_mm - reach_mm; leaving_)
-      out.surface(at.proxy, uphill, share * strength_(mm), friction_(mm));
+      out.surface(at.proxy, uphill, sure_strength(strength_(mm), slope / kMm_per_m), friction_(mm));
   }
 
   bool of_distance_;  ///< it reads a signed distance, mm

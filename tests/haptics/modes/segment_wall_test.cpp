@@ -95,6 +95,48 @@ TEST(SegmentWall, ResistsAsTissueBehindItsSurface) {
     EXPECT_NEAR(pressed_n(hand, at_m, depth_m), 1.5, 0.02) << depth_m;
 }
 
+/// The largest force of a slab from z = 0 down to -thick_mm that is pressed until it gives way,
+/// from above (side 1) or from below (-1).
+double most_n(const SceneSpec& spec, const std::shared_ptr<const MovingVolume>& volume,
+              double thick_mm, double side) {
+  Hand hand(spec, {volume});
+  const double scale = spec.volumes[0].transform.scale.x;
+  const double border_m = side > 0.0 ? 0.0 : -1e-3 * thick_mm * scale;
+  double above_m = 0.003, most = 0.0;
+  const auto force_n = [&] {
+    return side * hand.to({0.0, 0.0, border_m + side * above_m}).wanted_n.z;
+  };
+  for (int wait = 0; wait < int(1e3 * kWallStart_s); ++wait) force_n();
+  for (double now = 0.0; above_m > -0.012 && (most < 0.1 || now > 0.5 * most); above_m -= 1e-5) {
+    now = force_n();
+    most = std::max(most, now);
+  }
+  return most;
+}
+
+TEST(SegmentWall, HoldsWhatIsSaidOfItFromBothSides) {
+  for (const double thick_mm : {1.0, 2.0, 3.0, 4.0}) {
+    const auto volume = slab(thick_mm);
+    const FrameData& distance = *volume->segments[0].distance_mm[0];
+    SegmentSpec wall = a_wall(4.0, 4000.0);
+    const SceneSpec usual = slab_scene(wall, 0.5);
+    const double said_n = wall_hold(distance, wall, 0.5).force_n;
+    EXPECT_LT(said_n, 4.0) << thick_mm;
+    for (const double side : {1.0, -1.0}) {
+      const double held_n = most_n(usual, volume, thick_mm, side);
+      EXPECT_LT(said_n, 0.02 + 1.02 * held_n) << thick_mm << " mm from " << side;
+      // A tenth of the places is along the slab's rim, which is weaker.
+      EXPECT_GT(said_n, 0.75 * held_n) << thick_mm << " mm from " << side;
+    }
+    // From two voxels on a stiffer wall holds all of it.
+    wall.stiffness_n_per_m = holding_stiffness(distance, wall, 0.5);
+    EXPECT_GT(wall.stiffness_n_per_m, 4000.0);
+    for (const double side : {1.0, -1.0})
+      EXPECT_GT(most_n(slab_scene(wall, 0.5), volume, thick_mm, side), thick_mm < 2.0 ? 0.5 : 3.8)
+          << thick_mm << " mm from " << side;
+  }
+}
+
 TEST(SegmentWall, LetsTheHandThroughAndOutWithoutAJump) {
   for (const double strength_n : {1.5, 3.0})
     for (const bool metered : {true, false}) {

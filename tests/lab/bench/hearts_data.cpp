@@ -15,10 +15,13 @@
 #include "compute/volume/parallel.h"
 #include "compute/volume/signed_distance.h"
 #include "compute/vulkan/context.h"
+#include "integration/devices/simulated.h"
 #include "integration/files/raster/write_field.h"
 #include "integration/files/raster/write_volume.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
+#include "integration/loading/load_scene.h"
+#include "integration/running/touch.h"
 #include "module/scene/built_in.h"
 #include "module/scene/derived_wall.h"
 #include "module/scene/make_volume.h"
@@ -275,16 +278,46 @@ void add_derived(Subject& subject, const Volume& reference, const HeartsOptions&
     if (const auto wall = derive(reference, half_mm, {}, {})) add(name, wall->distance_mm, false);
 }
 
+/// heart_cine: the files of its frames and labels, and the labels.
+struct HeartCine {
+  explicit HeartCine(const HeartsOptions& options) : folder(options.shared / "heart_cine") {
+    for (int k = 0; k < 20; ++k) {
+      frames.push_back(folder / fmt::format("frame_{:02}.mha", k));
+      label_files.push_back(folder / fmt::format("lv_{:02}.mha", k));
+      labels.push_back(value(files::read_volume(label_files.back())));
+    }
+  }
+  fs::path folder;
+  std::vector<fs::path> frames, label_files;
+  std::vector<Volume> labels;
+};
+
+/// What is seen of a wall from in front of the patient, lit from there: parallel rays, x to the
+/// right, y up, mm.
+report::Backdrop picture_of(const FrameData& distance) {
+  constexpr double kPixel_m = 0.75e-3, kStep_m = 0.5e-3;
+  const glm::dvec3 low = distance.low_m(), high = distance.high_m();
+  const glm::ivec2 size = glm::ceil(glm::dvec2(high - low) / kPixel_m);
+  report::Backdrop picture;
+  picture.left = 1e3 * low.x, picture.right = 1e3 * (low.x + size.x * kPixel_m);
+  picture.bottom = 1e3 * low.y, picture.top = 1e3 * (low.y + size.y * kPixel_m);
+  picture.columns = size_t(size.x);
+  for (int row = 0; row < size.y; ++row)
+    for (int column = 0; column < size.x; ++column) {
+      glm::dvec3 x(low.x + (column + 0.5) * kPixel_m, low.y + (row + 0.5) * kPixel_m, high.z);
+      while (x.z > low.z && distance.scalar(x) <= 0.0) x.z -= kStep_m;
+      const glm::dvec3 slope = distance.scalar_gradient(x);
+      const bool seen = x.z > low.z && glm::length(slope) > 0.0;
+      picture.values.push_back(seen ? 0.25 + 0.65 * std::max(0.0, -glm::normalize(slope).z)
+                                    : std::nan(""));
+    }
+  return picture;
+}
+
 }  // namespace
 
 Subject beating_heart(const HeartsOptions& options) {
-  const fs::path folder = options.shared / "heart_cine";
-  std::vector<fs::path> inputs;
-  std::vector<Volume> labels;
-  for (int k = 0; k < 20; ++k) {
-    inputs.push_back(folder / fmt::format("frame_{:02}.mha", k));
-    labels.push_back(value(files::read_volume(folder / fmt::format("lv_{:02}.mha", k))));
-  }
+  const auto [folder, inputs, label_files, labels] = HeartCine(options);
   ReadSequence sequence = read(options, "heart_cine", inputs);
   Subject subject;
   subject.name = "heart_cine";
@@ -320,6 +353,72 @@ Subject beating_heart(const HeartsOptions& options) {
   add_derived(subject, value(sequence.reader.frame(sequence.whole.reference)), options);
   subject.felt.push_back({"segmentation carried", with_segments, true,
                           value(TransferFunction::window(0.0, 1.0, kFull_n))});
+  return subject;
+}
+
+Subject heart_as_felt(const HeartsOptions& options) {
+  const HeartCine cine(options);
+  const ReadSequence sequence = read(options, "heart_cine", cine.frames);
+  const size_t reference = sequence.whole.reference;
+  Subject subject;
+  subject.name = "heart_cine as felt";
+  std::vector<std::shared_ptr<const FrameData>> contours;
+  for (const Volume& frame : cine.labels)
+    contours.push_back(sampled_scalar(distance_in_slices(frame, [](float v) { return v > 0.5F; })));
+
+  const auto add = [&](const char* name, Result<LoadedScene> loaded, bool is_epicardium) {
+    LoadedScene scene = value(std::move(loaded));
+    const DeviceInfo device = devices::info_of({});
+    if (scene.from_sequence) fit_to_reach(scene, device);
+    const auto own_place = running::place_to_touch(scene, device);
+    if (!own_place) throw studies::Mismatch(fmt::format("{}: there is no place to press", name));
+    const bool stands = !scene.missing.empty() && scene.missing.front().own;
+    const MovingVolume& own = stands ? *scene.missing.front().own : *scene.data.front();
+    Felt felt{name,
+              std::make_shared<const MovingVolume>(value(carried(own, sequence.whole))),
+              true,
+              {},
+              std::move(scene.spec)};
+    if (felt.volume->segments.empty())
+      throw studies::Mismatch(fmt::format("{}: nothing but values is felt", name));
+    felt.path.emplace();
+    subject.whole = felt.volume->whole;
+
+    // The wall that is felt from outside is the first. The places on it are those of the reference
+    // frame, and the program's own place in the frame that it begins with. On the picture all are
+    // in the reference frame, the hand goes to where they are in frame 0.
+    const Segment& outer = felt.volume->segments.front();
+    Wall wall{"felt from outside", name, outer.name, {}, outer.distance_mm.front(), {}, {}, {}};
+    Choice choice;
+    choice.towards = {0.0, 0.0, 1.0};
+    wall.places = places_on(*wall.distance_mm, cine.labels[reference].grid, options.places, choice);
+    const SequenceMap& whole = *felt.volume->whole;
+    const auto aside = [&](glm::dvec3 x) {
+      return whole.displacement(x, whole.basis().at(0, 0.0));
+    };
+    const Transform& shown = felt.spec->volumes.front().transform;
+    const Transform& device_in_world = felt.spec->world_from_device;
+    Place at{shown.volume_from_world(device_in_world.world_from_volume(own_place->surface_m)),
+             glm::normalize(glm::conjugate(shown.rotation) *
+                            (device_in_world.rotation * own_place->outward))};
+    if (!stands || own.segments_frame != reference) at.at_m -= aside(at.at_m);
+    wall.places.insert(wall.places.begin(), at);
+    for (Place& place : wall.places) {
+      place.x = 1e3 * place.at_m.x, place.y = 1e3 * place.at_m.y;
+      place.at_m += aside(place.at_m);
+    }
+    if (is_epicardium) wall.contours_mm = contours;
+    wall.picture = picture_of(*wall.distance_mm);
+    subject.walls.push_back(std::move(wall));
+    subject.felt.push_back(std::move(felt));
+  };
+  loading::SequenceChoices choices;
+  add("default", loading::load_scene(cine.frames, choices), false);
+  choices.segments = cine.label_files;
+  add("segments", loading::load_scene(cine.frames, choices), true);
+  choices = {};
+  choices.folder = cine.folder;
+  add("heart.json", loading::load_scene({PALPATE_HEART_SCENE}, choices), true);
   return subject;
 }
 

@@ -2,12 +2,14 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "compute/volume/sequence_motion.h"
 #include "module/scene/moving_volume.h"
 #include "module/scene/scene_spec.h"
+#include "tests/lab/report/plot.h"
 
 namespace palpate::bench {
 
@@ -16,7 +18,8 @@ struct Place {
   glm::dvec3 at_m{0.0};
   /// Unit length, to the side of the wall on which the hand is.
   glm::dvec3 out{0.0};
-  double x = 0.0, y = 0.0;  ///< on the map of the wall: degrees about its axis, mm along it
+  /// On the map of the wall: degrees about its axis, mm along it; on its picture: mm.
+  double x = 0.0, y = 0.0;
 };
 
 /// A wall to press on: places, and the distance to the wall by which all ways of feeling it are
@@ -33,6 +36,16 @@ struct Wall {
   /// The same to the contours of each frame, in the planes of the slices (empty: there are no drawn
   /// contours).
   std::vector<std::shared_ptr<const FrameData>> contours_mm;
+  /// The wall in the motion's reference frame as the hand's side sees it; empty: it has a map only.
+  std::optional<report::Backdrop> picture;
+};
+
+/// Where a hand means to be, as the simulated hand of `palpate feel` does: as far behind the place
+/// all the time, whatever it feels there.
+struct MeantPath {
+  double depth_m = 0.014;
+  double reach_m = 0.008;  ///< half a stroke, or a circle's radius
+  double speed_m_per_s = 0.05;
 };
 
 /// One way to feel a subject.
@@ -41,6 +54,10 @@ struct Felt {
   std::shared_ptr<const MovingVolume> volume;
   bool segments = false;  ///< the walls' segments, else the values
   TransferFunction strength;
+  /// The program's own scene, in which the volume is scaled; empty: the wall alone, in its own
+  /// size.
+  std::optional<SceneSpec> spec;
+  std::optional<MeantPath> path;  ///< empty: the hand leans on the wall with 1 N
 };
 
 /// A sequence with its walls and the ways to feel them.
@@ -63,7 +80,12 @@ struct HeartsOptions {
 };
 
 /// Each throws studies::Mismatch with a message if something is missing or fails.
-Subject beating_heart(const HeartsOptions& options);   ///< heart_cine with its labels
+Subject beating_heart(const HeartsOptions& options);  ///< heart_cine with its labels
+/// heart_cine as `palpate feel` feels it: without options, with the segmentation of each frame, and
+/// with the scene docs/examples/heart.json. Each has the surface that is felt from outside as its
+/// wall, scaled as on the simulated device, and the hand means to follow its paths. The first place
+/// is the one that the program chooses.
+Subject heart_as_felt(const HeartsOptions& options);
 Subject breathing_lung(const HeartsOptions& options);  ///< lung/breathing.seq.nrrd
 Subject heart_phantom_subject(const HeartsOptions& options);
 

@@ -43,19 +43,18 @@ SceneSpec scene_of(const Wall& wall, const Felt& felt) {
   return spec;
 }
 
-/// The offset of a hand that moves along a wall from its place, m, after a time.
-glm::dvec2 aside_of(Way way, double time_s) {
-  const double gone = kAlong_m_per_s * time_s;
+/// The offset of a hand that moves along a wall from its place, m, after a way.
+glm::dvec2 aside_of(Way way, double gone, double reach_m) {
   if (way == Way::kStroke) {  // 0, +10, -10, 0, ...
-    const double at = std::fmod(gone, 4.0 * kReach_m);
-    if (at < kReach_m) return {at, 0.0};
-    if (at < 3.0 * kReach_m) return {2.0 * kReach_m - at, 0.0};
-    return {at - 4.0 * kReach_m, 0.0};
+    const double at = std::fmod(gone, 4.0 * reach_m);
+    if (at < reach_m) return {at, 0.0};
+    if (at < 3.0 * reach_m) return {2.0 * reach_m - at, 0.0};
+    return {at - 4.0 * reach_m, 0.0};
   }
   if (way == Way::kCircle) {
-    if (gone < kReach_m) return {gone, 0.0};
-    const double angle = (gone - kReach_m) / kReach_m;
-    return kReach_m * glm::dvec2(std::cos(angle), std::sin(angle));
+    if (gone < reach_m) return {gone, 0.0};
+    const double angle = (gone - reach_m) / reach_m;
+    return reach_m * glm::dvec2(std::cos(angle), std::sin(angle));
   }
   return {0.0, 0.0};
 }
@@ -103,26 +102,35 @@ const char* word(Outcome outcome) {
   return "";
 }
 
+const char* word(Way way) {
+  return way == Way::kHold ? "press" : way == Way::kStroke ? "stroke" : "circle";
+}
+
 RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bool moving,
                   const Place& place, Way way, double seconds, Histogram* ticks,
                   const std::vector<glm::dvec3>* along) {
   auto info = stability::Hand::device();
   info.workspace_radius_m = 10.0;
-  const SceneSpec spec = scene_of(wall, felt);
+  const SceneSpec spec = felt.spec ? *felt.spec : scene_of(wall, felt);
+  const Transform shown = spec.volumes.front().transform;
+  const double scale = std::cbrt(shown.scale.x * shown.scale.y * shown.scale.z);
   auto scene = plan(spec, {felt.volume});
   if (!scene) throw studies::Mismatch(scene.error().message);
   Haptics haptics(HapticsOptions{}, info);
   haptics.adopt(Haptics::prepare(*scene));
 
-  const glm::dvec3 out = place.out;
+  // In the world, where the hand is; what is compared with the wall is in volume space.
+  const glm::dvec3 start_m = shown.world_from_volume(place.at_m);
+  const glm::dvec3 out =
+      glm::normalize(shown.world_from_volume(place.at_m + 1e-3 * place.out) - start_m);
   const glm::dvec3 aside_x = glm::normalize(
       glm::cross(out, std::abs(out.y) < 0.8 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0)));
   const glm::dvec3 aside_y = glm::cross(out, aside_x);
   devices::MassProperties body{
       .mass_kg = 0.15, .damping_n_s_per_m = 2.0, .coulomb_n = 0.0, .hand = devices::kHumanHand};
   // Of the hand's target, over the place.
-  double height_m = kClear_m;
-  glm::dvec3 meant = place.at_m + out * height_m;
+  double height_m = scale * kClear_m;
+  glm::dvec3 meant = start_m + out * height_m;
   devices::HeldMass hand(body, meant);
   Reference of_proxy(subject.whole.get()), of_hand(subject.whole.get()),
       of_meant(subject.whole.get());
@@ -135,7 +143,7 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
   std::optional<glm::dvec3> met;
   double sum_n = 0.0, gone_s = 0.0;
   bool is_weak_inside = false, is_weak_outside = false;
-  int counted = 0, weak = 0, last_frame = -1;
+  int counted = 0, weak = 0, absent = 0, last_frame = -1;
   result.least_n = 1e9;
   const auto ends_s = [&] { return pressed_s ? *pressed_s + kSettle_s + seconds : 6.0; };
   for (int tick = 0; 1e-3 * tick < ends_s(); ++tick) {
@@ -160,27 +168,33 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
     force_n = felt_now.command.force_n;
     const double pressing_n = glm::dot(force_n, out);
 
-    // The hand's target: towards the wall, then so that it leans with kPush_n.
+    // The hand's target: towards the wall, then so that it leans with kPush_n, or to the depth of
+    // its path.
     if (time_s > kStarting_s) {
-      double rate = -kApproach_m_per_s;
-      if (pressed_s || pressing_n > 0.1)
+      double rate = felt.path ? -felt.path->speed_m_per_s : -kApproach_m_per_s;
+      if (!felt.path && (pressed_s || pressing_n > 0.1))
         rate = std::clamp(-(kPush_n - pressing_n) / body.hand.stiffness_n_per_m / kFollow_s,
                           -kFollow_m_per_s, kFollow_m_per_s);
       height_m += 1e-3 * rate;
+      if (felt.path) height_m = std::max(height_m, -felt.path->depth_m);
     }
-    if (!pressed_s && height_m < -kBehind_m - kPush_n / body.hand.stiffness_n_per_m) break;
+    if (!pressed_s && height_m < -scale * kBehind_m - kPush_n / body.hand.stiffness_n_per_m) break;
+    const double along_s = pressed_s ? std::max(0.0, time_s - *pressed_s - kSettle_s) : 0.0;
     const glm::dvec2 aside =
-        pressed_s ? aside_of(way, std::max(0.0, time_s - *pressed_s - kSettle_s)) : glm::dvec2(0.0);
+        felt.path ? aside_of(way, felt.path->speed_m_per_s * along_s, felt.path->reach_m)
+                  : aside_of(way, kAlong_m_per_s * along_s, kReach_m);
     const glm::dvec3 before = meant;
-    meant = place.at_m + out * height_m + aside_x * aside.x + aside_y * aside.y;
+    meant = start_m + out * height_m + aside_x * aside.x + aside_y * aside.y;
     const FramePointer at = felt_now.first;
     if (pressed_s && along && !along->empty()) {
       const glm::dvec3 there =
           (*along)[std::min(along->size() - 1, size_t(1e3 * (time_s - *pressed_s) + 0.5))];
-      meant =
-          there + subject.whole->displacement(there, subject.whole->basis().at(at.frame, at.phase));
+      meant = shown.world_from_volume(
+          there +
+          subject.whole->displacement(there, subject.whole->basis().at(at.frame, at.phase)));
     }
-    if (pressed_s && moving) result.meant.push_back(of_meant.of(meant, at));
+    if (pressed_s && moving)
+      result.meant.push_back(of_meant.of(shown.volume_from_world(meant), at));
     hand.advance(1e-3, force_n, before, meant);
 
     // The change of the force.
@@ -198,14 +212,14 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
     last_probe = felt_now.probe_m;
     if (!pressed_s && glm::length(force_n) > 0.8 * kPush_n) pressed_s = time_s;
     if (!pressed_s) continue;
-    const glm::dvec3 proxy = of_proxy.of(felt_now.proxy_m, at);
+    const glm::dvec3 proxy = of_proxy.of(shown.volume_from_world(felt_now.proxy_m), at);
     if (!met) met = proxy;
     // Relative to the place where the wall was met, and to the given wall. Sliding along a curved
     // wall changes only the first, sliding along a wall at another place only the second.
     const auto behind_mm = [&](glm::dvec3 there) {
       const double from_wall_mm = wall.distance_mm->scalar(there);
       if (way != Way::kHold) return from_wall_mm;
-      return std::min(1e3 * glm::dot(*met - there, out),
+      return std::min(1e3 * glm::dot(*met - there, place.out),
                       from_wall_mm - wall.distance_mm->scalar(*met));
     };
     if (time_s < *pressed_s + kSettle_s) continue;
@@ -220,7 +234,8 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
     double hand_mm = -1e9;
     result.deepest_mm = std::max(result.deepest_mm, proxy_mm);
     if (now_n < kHolds_n) {
-      hand_mm = behind_mm(of_hand.of(hand.position_m(), at));
+      ++absent;
+      hand_mm = behind_mm(of_hand.of(shown.volume_from_world(hand.position_m()), at));
       (hand_mm > 0.0 ? is_weak_inside : is_weak_outside) = true;
       weak += hand_mm > 0.0;
     }
@@ -229,13 +244,14 @@ RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bo
     const bool behind = proxy_mm > kFallen_mm && (way == Way::kHold || now_n < kHolds_n);
     if ((behind || gone_s > 0.02) && result.fell_at_s < 0.0) result.fell_at_s = time_s - *pressed_s;
     if (moving && at.frame != last_frame && now_n > kHolds_n && felt_now.primitives > 0) {
-      result.proxies.push_back({at.frame, felt_now.proxy_m});
+      result.proxies.push_back({at.frame, shown.volume_from_world(felt_now.proxy_m)});
       last_frame = at.frame;
     }
   }
   if (!pressed_s) return result;
   result.mean_n = counted ? sum_n / counted : 0.0;
   result.weak = counted ? double(weak) / counted : 0.0;
+  result.absent = counted ? double(absent) / counted : 0.0;
   result.outcome = result.fell_at_s >= 0.0 ? Outcome::kFell
                    : is_weak_inside        ? Outcome::kFaded
                    : is_weak_outside       ? Outcome::kLeft

@@ -39,6 +39,8 @@ struct RunResult {
   Outcome outcome = Outcome::kNothingMet;
   /// Share of the time behind the wall with less force than the wall should give.
   double weak = 0.0;
+  /// Share of the time with less force than the wall should give, wherever the hand is.
+  double absent = 0.0;
   /// While the wall had to hold.
   double least_n = 0.0, mean_n = 0.0;
   /// Of the proxy's material behind the place where it was met.
@@ -55,12 +57,14 @@ struct RunResult {
 
 /// The hand's path along the wall while it leans on it.
 enum class Way { kHold, kStroke, kCircle };
+const char* word(Way way);
 
 /// A human hand (measured impedance) moves along the wall's normal while the heart stands still,
-/// and leans on it with 1 N. Then the sequence plays for `seconds` while the hand holds, strokes or
-/// circles (20 mm). Deterministic: ticks of 1 ms, no clock but for `ticks`. along: `meant` of a run
-/// in motion. The hand then takes the same path over the material while this stands still, which
-/// separates effects of the motion from those of the wall.
+/// and leans on it with 1 N, or means to follow a path (MeantPath). Then the sequence plays for
+/// `seconds` while the hand holds, strokes or circles (20 mm, or the path's). Deterministic: ticks
+/// of 1 ms, no clock but for `ticks`. along: `meant` of a run in motion. The hand then takes the
+/// same path over the material while this stands still, which separates effects of the motion from
+/// those of the wall.
 RunResult lean_on(const Subject& subject, const Wall& wall, const Felt& felt, bool moving,
                   const Place& place, Way way, double seconds, Histogram* ticks = nullptr,
                   const std::vector<glm::dvec3>* along = nullptr);

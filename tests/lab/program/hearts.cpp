@@ -1,7 +1,8 @@
 // The main task on real data: a hand rests on, strokes and circles a beating heart's wall. Places
 // on the walls of heart_cine, of the breathing CT and of the heart phantom, with each way of
 // feeling them: which hold, which do not, how fast the force changes, how far the felt wall is from
-// the contours. Deterministic except for the times: the ticks are called directly.
+// the contours. A heart is also felt as by the program: without options, with segments, and as a
+// scene. Deterministic except for the times: the ticks are called directly.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -49,17 +50,22 @@ struct PlaceResult {
   RunResult still, moving;
   /// The same path over the material while this stands still; only if the place did not hold.
   RunResult control;
+  /// In motion; of the first places only.
+  std::map<Way, RunResult> along;
 };
 
 struct WayResult {
   int runs = 0, fell = 0, faded = 0, met = 0;
   /// Share of the time, in all runs that met the wall.
   double weak = 0.0;
+  /// Share of the time with a wall under the hand, in all runs that met it.
+  double kept = 0.0;
   LargestChange change;
 };
 
 struct WallResult {
   std::string subject, wall, felt;
+  const std::optional<report::Backdrop>* picture;
   std::vector<PlaceResult> places;
   std::map<Way, WayResult> ways;
   LargestChange change;
@@ -97,7 +103,8 @@ double p95(std::vector<double> v) {
 
 WallResult measure(const Subject& subject, const Wall& wall, const Felt& felt, const HeartCase& how,
                    Histogram& ticks) {
-  WallResult result{subject.name, wall.name, felt.name, {}, {}, {}, {}, {}, 0, 0, 0, 0};
+  WallResult result{
+      subject.name, wall.name, felt.name, &wall.picture, {}, {}, {}, {}, {}, 0, 0, 0, 0};
   const double cycle_s = felt.volume->times.cycle_s;
   const double hold_s = std::min(how.beats * cycle_s, 12.0);
   for (const Place& place : wall.places) {
@@ -136,10 +143,12 @@ WallResult measure(const Subject& subject, const Wall& wall, const Felt& felt, c
       of.fell += run.outcome == Outcome::kFell;
       of.faded += run.outcome == Outcome::kFaded;
       of.weak += run.weak;
+      if (run.outcome != Outcome::kNothingMet) of.kept += 1.0 - run.absent;
       take(of.change, run.change);
       take(result.change, run.change);
+      result.places[p].along[way] = run;
     }
-    if (of.met > 0) of.weak /= of.met;
+    if (of.met > 0) of.weak /= of.met, of.kept /= of.met;
   }
   return result;
 }
@@ -161,32 +170,50 @@ size_t bytes_per_voxel(const MovingVolume& volume) {
 report::Figure map_of(const WallResult& of) {
   report::Chart chart;
   chart.title = of.subject + ", " + of.wall + ": " + of.felt;
-  chart.x = {"angle about the wall's axis, from the hand's side (degrees)"};
-  chart.y = {"along the axis (mm)"};
-  chart.x.low = -180.0;
-  chart.x.high = 180.0;
-  chart.height_px = 360;
+  if (const auto& picture = *of.picture) {
+    chart.x = {"towards the patient's left (mm)", false, picture->left, picture->right};
+    chart.y = {"upwards (mm)", false, picture->bottom, picture->top};
+    chart.behind = picture;
+    chart.height_px = 560;
+  } else {
+    chart.x = {"angle about the wall's axis, from the hand's side (degrees)"};
+    chart.y = {"along the axis (mm)"};
+    chart.x.low = -180.0;
+    chart.x.high = 180.0;
+    chart.height_px = 360;
+  }
   struct PlaceKind {
     const char* name;
     report::Mark mark;
     int colour;
   };
+  if (*of.picture) {
+    const Place& own = *of.places.front().place;
+    chart.series.push_back({"palpate's own place",
+                            {{own.x, own.y, "", false}},
+                            report::Line::kNone,
+                            report::Mark::kRing,
+                            7});
+  }
   const std::map<Outcome, PlaceKind> kinds = {
       {Outcome::kHeld, {"held", report::Mark::kCircle, 2}},
-      {Outcome::kLeft, {"left by the wall", report::Mark::kRing, 4}},
-      {Outcome::kFaded, {"faded with a cause", report::Mark::kSquare, 0}},
+      {Outcome::kLeft, {"left by the wall", report::Mark::kTriangle, 4}},
+      {Outcome::kFaded, {"weaker for a time", report::Mark::kSquare, 0}},
       {Outcome::kFell, {"fell", report::Mark::kCross, 1}},
       {Outcome::kNothingMet, {"no surface there", report::Mark::kDown, 6}}};
   for (const auto& [outcome, kind] : kinds) {
     report::Series series{kind.name, {}, report::Line::kNone, kind.mark, kind.colour};
-    for (const PlaceResult& place : of.places)
-      if (place.moving.outcome == outcome)
-        series.points.push_back({place.place->x,
-                                 place.place->y,
-                                 fmt::format("still: {}", bench::word(place.still.outcome)),
-                                 false,
-                                 {fmt::format("least {:.2f} N, largest change {}",
-                                              place.moving.least_n, told(place.moving.change))}});
+    for (const PlaceResult& place : of.places) {
+      if (place.moving.outcome != outcome) continue;
+      std::string detail = fmt::format("least {:.2f} N, largest change {}", place.moving.least_n,
+                                       told(place.moving.change));
+      for (const auto& [way, run] : place.along)
+        detail += fmt::format("\n{}: {}, {:.0f} % of the time on the wall", bench::word(way),
+                              bench::word(run.outcome), 100.0 * (1.0 - run.absent));
+      series.points.push_back({place.place->x, place.place->y,
+                               fmt::format("still: {}", bench::word(place.still.outcome)), false,
+                               detail});
+    }
     if (!series.points.empty()) chart.series.push_back(std::move(series));
   }
   report::Figure figure{chart.title, "", "", {}};
@@ -202,6 +229,8 @@ report::Figure map_of(const WallResult& of) {
                          {"still", "still"},           {"moving", "moving"},
                          {"least_n", "least N"},       {"change", "N/ms"},
                          {"deepest_mm", "deepest mm"}, {"fell_at_s", "fell at s"}};
+  if (*of.picture)
+    figure.data.columns[0] = {"left_mm", "left, mm"}, figure.data.columns[1] = {"up_mm", "up, mm"};
   for (const PlaceResult& p : of.places)
     figure.data.rows.push_back(
         {report::number(p.place->x, 1), report::number(p.place->y, 1),
@@ -280,6 +309,52 @@ void print_places(const WallResult& of) {
   }
 }
 
+report::Table empty_table_as_felt() {
+  return {"A real heart as palpate feels it",
+          "Own place: the one that palpate chooses. In %: the share of the time with at least 0.3 "
+          "N, also "
+          "where the hand is beside the heart.",
+          {{"felt", "felt by"},
+           {"own_press", "own place: press %"},
+           {"own_stroke", "stroke %"},
+           {"own_circle", "circle %"},
+           {"places", "places"},
+           {"presses", "presses held"},
+           {"strokes", "strokes %"},
+           {"circles", "circles %"},
+           {"runs", "runs"},
+           {"fell", "fell"},
+           {"change", "largest change N/ms"},
+           {"beyond", "more than the hand's own"},
+           {"contour_p95", "off the contour, p95 mm"}},
+          {}};
+}
+
+std::vector<report::Cell> row_as_felt(const WallResult& of) {
+  const auto share = [](double kept) { return report::number(100.0 * kept, 0); };
+  int runs = 0, fell = 0, held = 0;
+  for (const PlaceResult& p : of.places) {
+    ++runs;
+    held += p.moving.outcome == Outcome::kHeld;
+    fell += p.moving.outcome == Outcome::kFell;
+  }
+  for (const auto& [way, result] : of.ways) runs += result.runs, fell += result.fell;
+  const PlaceResult& own = of.places.front();
+  return {report::words(of.felt),
+          share(1.0 - own.moving.absent),
+          share(1.0 - own.along.at(Way::kStroke).absent),
+          share(1.0 - own.along.at(Way::kCircle).absent),
+          report::number(double(of.places.size()), 0),
+          report::number(held, 0),
+          share(of.ways.at(Way::kStroke).kept),
+          share(of.ways.at(Way::kCircle).kept),
+          report::number(runs, 0),
+          report::number(fell, 0),
+          report::number(of.change.n_per_ms, 3),
+          report::number(of.change.beyond_n, 3),
+          of.proxy_mm.empty() ? report::words("-") : report::number(p95(of.proxy_mm), 2)};
+}
+
 /// Whether a wall is felt in this way: some walls are the surface of one way only, and a way with a
 /// wall of its own does not feel the others.
 bool is_felt(const Subject& subject, const Wall& wall, const Felt& felt) {
@@ -289,11 +364,11 @@ bool is_felt(const Subject& subject, const Wall& wall, const Felt& felt) {
   return !(has_own && felt.segments);
 }
 
-/// Adds a subject's rows and maps. Returns how often the hand passed through a segmentation's wall.
+/// Adds a subject's rows and maps. Returns how often the hand passed through a segmentation's wall,
+/// or a press did not hold at the place that palpate itself chooses.
 int measure_subject(const HeartsCommand& command, const Subject& subject, report::Table& table,
-                    report::Page& page) {
-  report::Section section{
-      subject.name == "heart phantom" ? "phantom" : subject.name, subject.name, "", {}};
+                    report::Table& as_felt, report::Page& page) {
+  report::Section section{report::file_stem(subject.name), subject.name, "", {}};
   int falls = 0;
   for (const Felt& felt : subject.felt) {
     if (felt.name.find(command.felt_only) == std::string::npos) continue;
@@ -303,9 +378,22 @@ int measure_subject(const HeartsCommand& command, const Subject& subject, report
       const WallResult of = measure(subject, wall, felt, command.how, ticks);
       int fell = 0;
       for (const PlaceResult& p : of.places) fell += p.moving.outcome == Outcome::kFell;
-      if (felt.segments)
+      if (felt.spec)
+        falls += of.places.front().moving.outcome != Outcome::kHeld;
+      else if (felt.segments)
         falls += fell + of.ways.at(Way::kStroke).fell + of.ways.at(Way::kCircle).fell;
       table.rows.push_back(row_of(of, fell, ticks, bytes_per_voxel(*felt.volume)));
+      if (felt.spec) {
+        as_felt.rows.push_back(row_as_felt(of));
+        const auto held =
+            std::count_if(of.places.begin(), of.places.end(),
+                          [](const PlaceResult& p) { return p.moving.outcome == Outcome::kHeld; });
+        section.answer += fmt::format(
+            "{}{}: {} of {} presses hold; on a wall in {:.0f} % of strokes "
+            "and {:.0f} % of circles.",
+            section.answer.empty() ? "" : " ", of.felt, held, of.places.size(),
+            100.0 * of.ways.at(Way::kStroke).kept, 100.0 * of.ways.at(Way::kCircle).kept);
+      }
       if (command.verbose) print_places(of);
       if (!command.page.empty()) section.parts.push_back(map_of(of));
     }
@@ -327,22 +415,37 @@ int run(const HeartsCommand& command) {
   if (!can) return fail(console, can.error());
   report::Page page;
   page.title = "A hand on moving walls";
-  page.lead = "Where a hand that leans on a wall with 1 N is held while the wall moves.";
+  page.lead =
+      "Where a hand that leans on a wall with 1 N is held while the wall moves. On a heart as felt "
+      "the "
+      "hand means to be 14 mm behind the wall, and strokes and circles by 8 mm, as the simulated "
+      "hand of "
+      "palpate feel.";
+  page.conditions = {{"Motion", command.options.preset},
+                     {"Places on each wall",
+                      fmt::format("{}; strokes and circles at {}", command.options.places,
+                                  std::min(command.options.places, command.how.way_places))},
+                     {"Beats for each press", fmt::format("{}", command.how.beats)}};
   int falls = 0;
   using Make = Subject (*)(const HeartsOptions&);
-  const std::pair<const char*, Make> subjects[] = {
-      {"heart", &beating_heart}, {"lung", &breathing_lung}, {"phantom", &heart_phantom_subject}};
+  const std::pair<const char*, Make> subjects[] = {{"felt", &heart_as_felt},
+                                                   {"heart", &beating_heart},
+                                                   {"lung", &breathing_lung},
+                                                   {"phantom", &heart_phantom_subject}};
   Rows rows("hearts", nullptr);
-  const report::Table& table = rows.add([&] {
+  report::Table as_felt = empty_table_as_felt();
+  rows.add([&] {
     report::Table all = empty_table();
     for (const auto& [name, make] : subjects)
       if (command.only.empty() || command.only == name)
-        falls += measure_subject(command, make(command.options), all, page);
+        falls += measure_subject(command, make(command.options), all, as_felt, page);
     return all;
   });
+  if (!as_felt.rows.empty()) rows.add([&] { return as_felt; });
   if (!command.page.empty()) {
     report::Section section{"all", "All walls", "", {}};
-    section.parts.push_back(report::TablePart{table, false});
+    if (!as_felt.rows.empty()) section.parts.push_back(report::TablePart{as_felt, false});
+    section.parts.push_back(report::TablePart{rows.tables().front(), true});
     page.sections.insert(page.sections.begin(), std::move(section));
     if (const Status written = files::write_text(command.page, report::html(page)); !written)
       return fail(console, written.error());
@@ -360,7 +463,8 @@ Command add_hearts(CLI::App& program) {
   CLI::App* app = program.add_subcommand(
       "hearts",
       "Lean a hand on real beating hearts: what holds, what does not, and why. Fails if the\n"
-      "wall of a segmentation lets the hand through; 77 if the data are not there");
+      "wall of a segmentation lets the hand through, or a press at the place that palpate itself\n"
+      "chooses; 77 if the data are not there");
   app->add_option("--data", command->options.shared, "Folder with heart_cine/ and lung/")
       ->type_name("DIR")
       ->capture_default_str();
@@ -373,7 +477,7 @@ Command add_hearts(CLI::App& program) {
       ->check(whole_number_in(1, 10000))
       ->capture_default_str();
   app->add_option("--only", command->only, "One subject")
-      ->check(one_of({"heart", "lung", "phantom"}));
+      ->check(one_of({"felt", "heart", "lung", "phantom"}));
   app->add_option("--felt", command->felt_only, "Only ways to feel whose name contains this");
   app->add_option("--page", command->page, "The maps and tables as HTML")->type_name("FILE");
   app->add_option("--level", command->options.level, "Feel this value's surface, not Otsu's");
@@ -382,7 +486,7 @@ Command add_hearts(CLI::App& program) {
       ->type_name("FILE")
       ->check(an_existing_path());
   app->add_flag("--quick", command->quick,
-                "The segmentation of the heart alone, few places, fast motion");
+                "The segmentation of the heart (or what --only says), few places, fast motion");
   app->add_flag("--each-place", command->verbose, "A line for each place");
   add_row_options(*app, command->rows);
   Command result{app,
@@ -391,8 +495,8 @@ Command add_hearts(CLI::App& program) {
                      command->options.preset = "fast";
                      command->options.places = 6;
                      command->how = {2, 2, 2.0};
-                     command->only = "heart";
-                     command->felt_only = "segmentation";
+                     if (command->only.empty()) command->only = "heart";
+                     if (command->only == "heart") command->felt_only = "segmentation";
                    }
                    return measured([&] { return run(*command); });
                  },

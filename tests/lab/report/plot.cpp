@@ -52,8 +52,14 @@ json json_of(const Chart& chart) {
   }
   for (const Guide& guide : chart.guides)
     guides.push_back({{"vertical", guide.vertical}, {"value", guide.value}, {"name", guide.name}});
+  json behind;
+  if (const auto& picture = chart.behind)
+    behind = {{"edges", {picture->left, picture->right, picture->bottom, picture->top}},
+              {"columns", picture->columns},
+              {"values", picture->values}};
   return {{"x", json_of(chart.x)}, {"y", json_of(chart.y)},      {"series", series},
-          {"guides", guides},      {"width_px", chart.width_px}, {"height_px", chart.height_px}};
+          {"guides", guides},      {"width_px", chart.width_px}, {"height_px", chart.height_px},
+          {"behind", behind}};
 }
 
 json json_of(const HeatMap& map) {
@@ -149,6 +155,11 @@ Result<std::string> drawn_by_script(json plot, const std::string& title, const s
 }  // namespace
 
 Result<std::string> drawn(const Chart& chart, const std::string& id) {
+  if (const auto& picture = chart.behind;
+      picture && (picture->columns == 0 || picture->values.size() % picture->columns != 0 ||
+                  picture->values.empty()))
+    return trouble(fmt::format("The plot '{}' has a picture of {} values in rows of {}.",
+                               chart.title, picture->values.size(), picture->columns));
   if (!shows_anything(chart))
     return trouble("The plot '" + chart.title + "' has no value that can be shown.");
   return drawn_by_script(json_of(chart), chart.title, id);

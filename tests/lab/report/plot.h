@@ -61,6 +61,14 @@ struct Guide {
   std::string name;
 };
 
+/// A grey picture behind the marks of a chart, whose axes then have one scale.
+struct Backdrop {
+  double left = 0.0, right = 1.0, bottom = 0.0, top = 1.0;  ///< its edges, in units of the axes
+  size_t columns = 0;
+  /// [row * columns + column], the lowest row first: 0 black to 1 white; NaN: nothing there.
+  std::vector<double> values;
+};
+
 /// Marks and lines over two axes. Points that are not finite, or not above zero on a logarithmic
 /// axis, are left out.
 struct Chart {
@@ -70,6 +78,7 @@ struct Chart {
   std::vector<Series> series;
   std::vector<Guide> guides;
   int width_px = 880, height_px = 460;
+  std::optional<Backdrop> behind = {};
 };
 
 /// The colours of a map: from low to high. Without limits, those of the values.

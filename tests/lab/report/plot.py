@@ -226,6 +226,16 @@ def draw_chart(chart):
     dress(axes.xaxis, x_axis, *x_span)
     dress(axes.yaxis, y_axis, *y_span)
     axes.grid(color=GRID, linewidth=1.0)
+    if chart["behind"]:
+        grey = [math.nan if value is None else value for value in chart["behind"]["values"]]
+        columns = chart["behind"]["columns"]
+        rows = [grey[n:n + columns] for n in range(0, len(grey), columns)]
+        axes.imshow(rows, cmap="gray", vmin=0.0, vmax=1.0, extent=chart["behind"]["edges"], origin="lower",
+                    interpolation="nearest", zorder=0.7)
+        # imshow changes the ranges. More is shown along one axis, so that both have one scale in this frame.
+        axes.set(xlim=x_span, ylim=y_span)
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.apply_aspect()
 
     # Guides, behind the data.
     for guide in chart["guides"]:

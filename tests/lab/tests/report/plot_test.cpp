@@ -95,6 +95,29 @@ TEST(Charts, WithNothingToShowAreRefused) {
   EXPECT_THAT(svg.error().message, HasSubstr("'Error & time' has no value that can be shown"));
 }
 
+TEST(Charts, HaveAPictureBehindInOneScale) {
+  Chart chart = small_chart();
+  chart.x = {"Left (mm)", false, 0.0, 40.0};
+  chart.y = {"Up (mm)", false, 0.0, 20.0};
+  EXPECT_THAT(svg_of(chart), Not(HasSubstr("<image")));
+  // Twice as wide as high, in a frame of another form.
+  chart.behind =
+      Backdrop{0.0, 40.0, 0.0, 20.0, 4, {0.0, 0.3, 0.6, 1.0, 0.2, std::nan(""), 0.4, 0.5}};
+  const std::string svg = svg_of(chart);
+  EXPECT_EQ(test::xml_trouble(svg), "");
+  const size_t image = svg.find("<image");
+  ASSERT_NE(image, std::string::npos);
+  const auto length = [&](const std::string& name) {
+    return std::stod(svg.substr(svg.find(" " + name + "=\"", image) + name.size() + 3));
+  };
+  // In whole pixels.
+  EXPECT_NEAR(length("width"), 2.0 * length("height"), 3.0);
+  chart.behind->values.pop_back();
+  const auto refused = drawn(chart);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("a picture of 7 values in rows of 4"));
+}
+
 TEST(Charts, OfMapsAreWellFormedAndSayEveryCell) {
   HeatMap map = small_map();
   map.x.ticks = {{1, "none"}, {2, "loose <grip"}, {4, "firm"}};
