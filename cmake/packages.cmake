@@ -19,6 +19,8 @@ set(notes ${CMAKE_BINARY_DIR}/packages)
 file(MAKE_DIRECTORY ${notes})
 file(WRITE ${notes}/triggers "activate-noawait ldconfig\n")
 find_program(GZIP gzip REQUIRED)
+# Packages name the libraries of the Debian on which they are made.
+cmake_host_system_information(RESULT suite QUERY DISTRIB_VERSION_CODENAME)
 function(package component name section description)
   string(TOUPPER ${component} upper)
   set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${name} PARENT_SCOPE)
@@ -65,7 +67,7 @@ if(TARGET palpate_python)
   package(palpate_python python3-palpate python "feel, see and follow moving volumes, for Python
 Motion of numpy, nibabel, SimpleITK and itk images with verdict and inverse,
 and scenes that are felt in a loop of Python's.")
-  set(CPACK_DEBIAN_PALPATE_PYTHON_PACKAGE_DEPENDS "libpalpate0 (= ${PROJECT_VERSION}), python3 (>= 3.11), python3 (<< 3.12), python3-numpy")
+  set(CPACK_DEBIAN_PALPATE_PYTHON_PACKAGE_DEPENDS "libpalpate0 (= ${PROJECT_VERSION}), ${palpate_module_depends}, python3-numpy")
   set(CPACK_DEBIAN_PALPATE_PYTHON_PACKAGE_SUGGESTS "python3-nibabel")
 endif()
 include(CPack)

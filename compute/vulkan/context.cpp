@@ -50,6 +50,16 @@ VkResult create_instance(bool validation, VkInstance* instance, DeviceMaker* mak
   VkValidationFeaturesEXT features{VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT};
   features.enabledValidationFeatureCount = uint32_t(enabled.size());
   features.pEnabledValidationFeatures = enabled.data();
+#ifdef VK_EXT_layer_settings
+  // Newer layers consider what shaders read and write only if they are told to.
+  const VkBool32 on = VK_TRUE;
+  const VkLayerSettingEXT setting{kValidationLayer, "syncval_shader_accesses_heuristic",
+                                  VK_LAYER_SETTING_TYPE_BOOL32_EXT, 1, &on};
+  VkLayerSettingsCreateInfoEXT settings{VK_STRUCTURE_TYPE_LAYER_SETTINGS_CREATE_INFO_EXT};
+  settings.settingCount = 1;
+  settings.pSettings = &setting;
+  features.pNext = &settings;
+#endif
   const char* extension = VK_EXT_DEBUG_UTILS_EXTENSION_NAME;
   VkInstanceCreateInfo create{VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO};
   create.pApplicationInfo = &application;

@@ -3,6 +3,7 @@
 #include <expat.h>
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <limits>
 #include <memory>
 
@@ -13,6 +14,23 @@ namespace {
 
 constexpr size_t kMostElements = 100'000;
 constexpr size_t kDeepestElement = 64;
+
+// The parser's line (from 1) and column (from 0): Expat 2.9 has new functions and warns of the old.
+#if XML_MAJOR_VERSION * 100 + XML_MINOR_VERSION >= 209
+uint64_t line_of(XML_Parser parser) {
+  return XML_GetCurrentLineNumber64(parser);
+}
+uint64_t column_of(XML_Parser parser) {
+  return XML_GetCurrentColumnNumber64(parser);
+}
+#else
+uint64_t line_of(XML_Parser parser) {
+  return XML_GetCurrentLineNumber(parser);
+}
+uint64_t column_of(XML_Parser parser) {
+  return XML_GetCurrentColumnNumber(parser);
+}
+#endif
 
 /// State shared by the handlers of one parse.
 struct Parse {
@@ -38,7 +56,7 @@ void XMLCALL on_start(void* user, const char* name, const char** attributes) {
         fmt::format("has more than {} elements: keep those to be felt", kMostElements));
   XmlElement element;
   element.name = name;
-  element.line = int(XML_GetCurrentLineNumber(parse.parser));
+  element.line = int(line_of(parse.parser));
   for (size_t k = 0; attributes[k]; k += 2)
     element.attributes.emplace_back(attributes[k], attributes[k + 1]);
   if (!parse.open.empty()) parse.tree[parse.open.back()].children.push_back(parse.tree.size());
@@ -78,12 +96,12 @@ Result<XmlTree> parse_xml(const std::filesystem::path& file, std::string_view te
   XML_SetElementHandler(parser.get(), on_start, on_end);
   XML_SetEntityDeclHandler(parser.get(), on_entity);
   const XML_Status status = XML_Parse(parser.get(), text.data(), int(text.size()), XML_TRUE);
-  const auto line = XML_GetCurrentLineNumber(parser.get());
+  const uint64_t line = line_of(parser.get());
   if (!parse.refusal.empty())
     return files::bad_input(file, "can not be used at line {}: it {}.", line, parse.refusal);
   if (status != XML_STATUS_OK || parse.tree.empty())
     return files::bad_input(file, "is no XML at line {}, column {}: {}; correct it there.", line,
-                            XML_GetCurrentColumnNumber(parser.get()) + 1,
+                            column_of(parser.get()) + 1,
                             XML_ErrorString(XML_GetErrorCode(parser.get())));
   return std::move(parse.tree);
 }

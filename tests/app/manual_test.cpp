@@ -219,10 +219,12 @@ TEST(Install, PutsProgramPagesAndCompletionsInPlaceAndTakesThemAway) {
   const TemporaryFolder prefix, build;
   // CMake's list of installed files must not replace that of a user's own installation.
   std::string script = files::read_bytes(PALPATE_BUILD_DIR "/cmake_install.cmake");
+  // From CMake 3.31 on there are two of them.
   const std::string real = "file(WRITE \"" PALPATE_BUILD_DIR "/";
-  const size_t at = script.find(real);
+  const std::string ours = "file(WRITE \"" + build.path().string() + "/";
+  size_t at = script.find(real);
   ASSERT_NE(at, std::string::npos) << "this CMake writes its list in another way";
-  script.replace(at, real.size(), "file(WRITE \"" + build.path().string() + "/");
+  for (; at != std::string::npos; at = script.find(real)) script.replace(at, real.size(), ours);
   files::write_bytes(build / "cmake_install.cmake", script);
   const ShellOutcome installed = shell("cmake -DCMAKE_INSTALL_PREFIX='" + prefix.path().string() +
                                        "' -DCMAKE_INSTALL_COMPONENT=palpate_program -P '" +

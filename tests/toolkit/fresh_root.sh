@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
-# Builds and runs the six examples in a fresh Debian 12 with palpate's packages only, then removes the packages.
-# usage: fresh_root.sh ROOT DATA [PACKAGES]
+# Builds and runs the six examples in a fresh Debian with palpate's packages only, then removes the packages.
+# usage: fresh_root.sh ROOT DATA [PACKAGES [SUITE]]
 #   ROOT      a folder that debootstrap fills (about 4 GB); if it is a Debian already, it is used as it is
 #   DATA      a folder with heart_cine/frame_*.mha, a beating heart, and lung/pair_*.mha, a pair in known motion
 #   PACKAGES  the folder of palpate's packages: build, by default
+#   SUITE     the Debian that they were made on: this machine's, by default (bookworm, trixie)
 # Before it: cmake --build build && (cd build && cpack). As root, with the network; what it mounts goes when it ends.
 set -euo pipefail
-[[ $# -ge 2 ]] || { sed -n 2,7p "$0"; exit 2; }
+[[ $# -ge 2 ]] || { sed -n 2,8p "$0"; exit 2; }
 # Mounts made by this script.
 [[ ${PALPATE_UNSHARED:-} ]] || PALPATE_UNSHARED=1 exec unshare --mount --pid --fork "$0" "$@"
-root=$1 data=$2 packages=${3:-build}
+root=$1 data=$2 packages=${3:-build} suite=${4:-$(. /etc/os-release && echo "$VERSION_CODENAME")}
 
 step() { echo "== $*"; }
 inside() { chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive "$@"; }
@@ -18,9 +19,9 @@ person() { chroot "$root" su -l person -c "$1"; }
 palpate_files() { find "$root" -xdev -iname '*palpate*' -not -path "$root/packages*" -not -path "$root/home/*" -not -path "$root/tmp/*" -not -name palpate.log | sort; }
 
 if [[ ! -e $root/etc/debian_version ]]; then
-  step "A fresh Debian 12 in $root"
-  debootstrap --variant=minbase --include=ca-certificates bookworm "$root" http://deb.debian.org/debian >"$root.log"
-  printf 'deb http://deb.debian.org/debian%s\n' ' bookworm main' ' bookworm-updates main' '-security bookworm-security main' \
+  step "A fresh Debian, $suite, in $root"
+  debootstrap --variant=minbase --include=ca-certificates "$suite" "$root" http://deb.debian.org/debian >"$root.log"
+  printf 'deb http://deb.debian.org/debian%s\n' " $suite main" " $suite-updates main" "-security $suite-security main" \
     >"$root/etc/apt/sources.list"
   cp /etc/resolv.conf "$root/etc/resolv.conf"
 fi

@@ -7,12 +7,14 @@ if ! ls /usr/share/openxr/1/api_layers/explicit.d/*core_validation*.json >/dev/n
   echo "SKIPPED: the OpenXR validation layer is not installed (Debian: openxr-layer-corevalidation)."
   exit 77
 fi
+# What it reports, without the messages of newer layers that say that they begin and end.
+reports() { { grep -hs VUID "$@" || true; } | grep -v VALID_DEBUG; }
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 export XR_RUNTIME_JSON=$1 XR_ENABLE_API_LAYERS=$layer XR_CORE_VALIDATION_EXPORT_TYPE=text
 export XR_CORE_VALIDATION_FILE_NAME=$folder/said
 "$3" >"$folder/wrong" 2>&1 || true
-if ! cat "$folder/wrong" "$folder"/said* 2>/dev/null | grep -q VUID; then
+if ! reports "$folder/wrong" "$folder"/said* >/dev/null; then
   cat "$folder/wrong"
   echo "The layer did not see a wrong call."
   exit 1
@@ -28,4 +30,4 @@ tests+=-*StandsAboveAnotherProgram*:*Overlay*:*UsesTheOrigin*:*WhoRecentres*
   exit 1
 }
 grep -q "Core Validation" "$folder/right"
-if cat "$folder/right" "$folder"/said* 2>/dev/null | grep VUID; then exit 1; fi
+if reports "$folder/right" "$folder"/said*; then exit 1; fi

@@ -7,10 +7,12 @@ if ! command -v hello_xr >/dev/null; then
   exit 77
 fi
 folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
 # It ends at the first key or the end of its input, so it gets a pipe that stays open without input.
 mkfifo "$folder/keys"
 export XR_RUNTIME_JSON=$1 PALPATE_FAKE_XR_FRAMES=60 PALPATE_FAKE_XR_REPORT=$folder/report
+# At its end it waits for the thread that reads its input, from glibc 2.41 on: it gets a key when the session is over.
+{ until grep -qs -- "->XR_SESSION_STATE_EXITING" "$folder/log"; do sleep 0.1; done; echo >"$folder/keys"; } &
+trap 'kill $! 2>/dev/null || true; rm -rf "$folder"' EXIT
 rc=0
 timeout 120 hello_xr -g Vulkan2 0<>"$folder/keys" >"$folder/log" 2>&1 || rc=$?
 if [[ $rc != 0 ]]; then

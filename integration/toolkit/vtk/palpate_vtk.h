@@ -1,7 +1,7 @@
 #pragma once
 
-// palpate in VTK 9.1: filters for the motion between images and for a moving volume. Header only;
-// link palpate::palpate, VTK::CommonCore, VTK::CommonDataModel and VTK::CommonExecutionModel.
+// palpate in VTK 9.1 and 9.3: filters for the motion between images and for a moving volume. Header
+// only; link palpate::palpate, VTK::CommonCore, VTK::CommonDataModel and VTK::CommonExecutionModel.
 #include <palpate_adapter.h>
 #include <vtkFloatArray.h>
 #include <vtkImageAlgorithm.h>
@@ -48,7 +48,8 @@
 ///
 /// Threads: one at a time for each filter, as with every VTK filter. Progress events are sent on
 /// the thread that called Update(). AbortExecuteOn(), from an observer or from another thread,
-/// cancels the estimation; the pipeline fails and gives no field.
+/// cancels the estimation; the pipeline fails and gives no field. VTK 9.1 clears this request when
+/// the next Update() begins, VTK 9.3 keeps it until AbortExecuteOff() is called.
 ///
 /// Filters on the same device share its context. After the device was lost, the next Update() opens
 /// it again.

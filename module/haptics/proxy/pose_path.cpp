@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "module/haptics/force_vector.h"
 
@@ -67,10 +68,12 @@ double FrameIntervals::inter_quartile_mean_s() const {
   constexpr int kMean = 12;
   const int n = std::min(count_, kMean);
   if (n == 0) return 0.0;
+  // All are sorted, the unused ones to the end: GCC 14 wrongly warns where a part is sorted.
   std::array<double, kMean> sorted;
+  sorted.fill(std::numeric_limits<double>::infinity());
   for (int k = 0; k < n; ++k)
     sorted[size_t(k)] = intervals_s_[size_t((next_ + kKept - 1 - k) % kKept)];
-  std::sort(sorted.begin(), sorted.begin() + n);
+  std::sort(sorted.begin(), sorted.end());
   const int cut = n / 4;
   double sum = 0.0;
   for (int k = cut; k < n - cut; ++k) sum += sorted[size_t(k)];

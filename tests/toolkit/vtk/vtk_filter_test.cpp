@@ -307,6 +307,7 @@ TEST_F(VtkFilter, TellsProgressOnItsThreadAndIsStopped) {
   EXPECT_EQ(found->GetOutput()->GetNumberOfPoints(), 0);
   // Again, with the fast preset.
   heard.on_progress = nullptr;
+  found->AbortExecuteOff();
   found->SetPreset("fast");
   found->SetInputData(0, fixed_);
   found->SetInputData(1, moving_);
@@ -534,6 +535,7 @@ TEST_F(VtkFilter, SequenceRefusesInASentence) {
   EXPECT_EQ(stopped->GetExecutive()->Update(), 0);
   EXPECT_EQ(stopped->GetReferenceFrame(), -1);
   of_it.on_progress = nullptr;
+  stopped->AbortExecuteOff();
   EXPECT_EQ(stopped->GetExecutive()->Update(), 1);
 }
 
