@@ -238,7 +238,7 @@ TickOutput output_of(int k) {
   return output;
 }
 
-class RecordingMcap : public testing::Test {
+class RecordingMcap : public ::testing::Test {
  protected:
   void SetUp() override {
     auto writer = RecordingWriter::create(recording(), "{}", 1'000'000);
