@@ -602,9 +602,9 @@ def jobs_that_nobody_waits_for_are_not_doubled(folder: Path) -> None:
         wait_for((folder / "begun").exists, "a job begins")
 
         def queued() -> list[str]:
-            told = subprocess.run(["squeue", "-h", "-t", "PENDING,RUNNING", "-o", "%i"], env=slurm.environment, capture_output=True, text=True,
-                                  check=True)
-            return sorted(told.stdout.split())
+            told = subprocess.run(["squeue", "-h", "--sort=i", "-t", "PENDING,RUNNING", "-o", "%i"], env=slurm.environment,
+                                  capture_output=True, text=True, check=True)
+            return told.stdout.split()
 
         wait_for(lambda: len(queued()) == 2, "both are jobs")
         # As when the machine on which Snakemake runs loses power, but not the nodes.
