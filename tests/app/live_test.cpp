@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <mutex>
+#include <regex>
 #include <thread>
 
 #include "integration/openigtlink/client.h"
@@ -146,11 +147,25 @@ class HeardImages {
   std::vector<openigtlink::ArrivedImage> images_;
 };
 
+/// What the newest line of a running program says of its frames: felt, and come. 0 before.
+std::pair<int, int> frames_told(const Program& program) {
+  static const std::regex told("([0-9]+) of ([0-9]+) frames felt");
+  const std::string said = program.said();
+  std::pair<int, int> newest;
+  for (std::sregex_iterator at(said.begin(), said.end(), told), end; at != end; ++at)
+    newest = {std::stoi((*at)[1]), std::stoi((*at)[2])};
+  return newest;
+}
+
 TEST(Live, ASourceIsFeltFollowedAndItsNumbersAreSaid) {
   NEEDS_DEVICE();
   const Source source(20);
-  const Outcome outcome = run({"feel", source.place(), "--device", "simulated", "--headset", "off",
-                               "--seconds", "10", "--follow"});
+  Program program({"feel", source.place(), "--device", "simulated", "--headset", "off", "--seconds",
+                   "600", "--follow"});
+  const Outcome outcome = ended_once(program, [&] {
+    const auto [felt, came] = frames_told(program);
+    return felt > 3 && came > 30;
+  });
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("is connected"), std::string::npos) << outcome.out;
   EXPECT_NE(outcome.out.find("live; the first frame stands still"), std::string::npos);
@@ -169,8 +184,10 @@ TEST(Live, ASourceIsFeltFollowedAndItsNumbersAreSaid) {
 TEST(Live, TransformsMoveTheVolumeAndAJumpIsNotFollowed) {
   NEEDS_DEVICE();
   const Source source;
-  const Outcome outcome = run({"feel", source.place(), "--device", "simulated", "--headset", "off",
-                               "--seconds", "5", "--transform", "Table"});
+  Program program({"feel", source.place(), "--device", "simulated", "--headset", "off", "--seconds",
+                   "600", "--transform", "Table"});
+  const Outcome outcome = ended_once(
+      program, [&] { return program.said().find("A transform jumped") != std::string::npos; });
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("transforms, 1 of them jumped"), std::string::npos) << outcome.out;
   EXPECT_NE(outcome.out.find("A transform jumped"), std::string::npos) << outcome.out;
