@@ -11,7 +11,8 @@ version = release = os.environ["PALPATE_VERSION"]
 html_title = f"palpate {version}"
 root_doc = "README"
 extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc"]
-include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/*.md", "docs/[!s]*/**.md", "reference/*.md"]
+include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/*.md", "docs/[!s]*/**.md", "integration/toolkit/*/README.md",
+                    "reference/*.md"]
 
 myst_enable_extensions = ["deflist"]
 # As deep as other pages link to.
@@ -44,7 +45,9 @@ contents = {
     "Begin": ["docs/README"],
     "Use": ["docs/using/install", "docs/using/feel", "docs/using/look", "docs/using/headset", "docs/using/web", "docs/using/motion", "docs/using/check",
             "docs/using/cohort", "docs/openigtlink", "docs/scene-file", "docs/x3d", "docs/using/options", "docs/limits"],
-    "Embed": ["docs/using/library", "docs/using/hosts", "docs/writing-a-mode", "docs/force-limits"],
+    "Embed": ["docs/using/library", "docs/using/hosts", "integration/toolkit/dotnet/README", "integration/toolkit/godot/README",
+              "integration/toolkit/paraview/README", "integration/toolkit/slicer/README", "integration/toolkit/blender/README",
+              "docs/writing-a-mode", "docs/force-limits"],
     "Reference": ["reference/palpate", "reference/c", "reference/python"],
     "Change": ["docs/architecture", "docs/motion-method", "CONTRIBUTING", "docs/glossary", "docs/using/measure", "CHANGELOG"],
     "Decisions": ["docs/decisions/haptics", "docs/decisions/motion-engine", "docs/decisions/files", "docs/decisions/view",
