@@ -324,7 +324,9 @@ Result<DirectFields> direct_fields(const std::shared_ptr<vulkan::Context>& conte
   if (!finished) return finished.error();
   const Grid& solved = direct.fields[reference == 0 ? 1 : 0].grid;
   direct.fields[reference] = still_field(solved);
-  direct.confidence[reference] = {solved, std::vector<float>(solved.count(), 1.0F)};
+  direct.confidence[reference] = {solved,
+                                  std::vector<float>(solved.count(), 1.0F),
+                                  {solved, std::vector<glm::vec2>(solved.count())}};
   return direct;
 }
 

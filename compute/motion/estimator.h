@@ -21,8 +21,10 @@ namespace palpate {
 struct PairMotion {
   size_t fixed_frame = 0;  ///< index of the fixed frame as pushed
   size_t moving_frame = 0;
-  Field field;            ///< on MotionPlan::field; mm, LPS; fixed x -> x + u(x) in moving
-  Confidence confidence;  ///< on the same grid
+  Field field;  ///< on MotionPlan::field; mm, LPS; fixed x -> x + u(x) in moving
+  /// On the same grid; its deviation is on a coarser one with the step for sliding borders, and not
+  /// known to the classic engine.
+  Confidence confidence;
   SolveReport report;
   /// Field from moving to fixed, if EstimatorOptions::backward: estimated on its own from the
   /// second finest level up, with few iterations.

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "compute/volume/parallel.h"
+#include "shaders/interface/motion.h"
 
 namespace palpate {
 namespace {
@@ -220,6 +221,42 @@ Result<double> low_confidence_share(const Confidence& confidence, const Mask* ma
   if (seen == 0)
     return bad_input("The mask is empty, so there is no confidence to count; check it.");
   return double(below) / double(seen);
+}
+
+double error_radius_mm(glm::dvec2 deviation_mm) {
+  const glm::dvec2 squares = deviation_mm * deviation_mm;
+  return double(shaders::kErrorRadius) * std::sqrt(squares.x + 2.0 * squares.y);
+}
+
+Result<double> error_radius_mm(const Deviation& deviation, const Mask* mask, double share) {
+  // 1. The radius of each cell in the mask, to the power that the distribution has.
+  constexpr double kTail = shaders::kErrorTail;
+  const std::optional<Mask> cells =
+      mask ? std::optional(resampled(*mask, deviation.grid)) : std::nullopt;
+  std::vector<double> powers;
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (size_t i = 0; i < deviation.mm.size(); ++i) {
+    if (cells && !cells->values[i]) continue;
+    const double radius = error_radius_mm(glm::dvec2(deviation.mm[i]));
+    least = std::min(least, radius);
+    most = std::max(most, radius);
+    powers.push_back(std::pow(radius, kTail));
+  }
+  if (powers.empty())
+    return bad_input(
+        "The mask contains no cell of the deviation, so there is no radius; check it.");
+
+  // 2. By bisection of its logarithm: the radius at which the mean of P is the share.
+  const double odds = share / (1.0 - share) / 19.0;
+  double low = least * std::pow(odds, 1.0 / kTail), high = most * std::pow(odds, 1.0 / kTail);
+  for (int step = 0; step < 24 && high > low; ++step) {
+    const double middle = std::sqrt(low * high);
+    const double scale = 1.0 / (19.0 * std::pow(middle, kTail));
+    double sum = 0.0;
+    for (const double power : powers) sum += 1.0 / (1.0 + scale * power);
+    (sum < share * double(powers.size()) ? low : high) = middle;
+  }
+  return high;
 }
 
 }  // namespace palpate

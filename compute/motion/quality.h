@@ -104,4 +104,15 @@ inline constexpr double kLowConfidence = 0.5;
 Result<double> low_confidence_share(const Confidence& confidence, const Mask* mask = nullptr,
                                     double low = kLowConfidence);
 
+/// The radius within which a vector with this deviation (along and across, mm) is right with a
+/// probability of 95 %: kErrorRadius sqrt(along^2 + 2 across^2). Its error is below t with P = 1 /
+/// (1 + (radius / t)^kErrorTail / 19) (shaders/interface/motion.h).
+double error_radius_mm(glm::dvec2 deviation_mm);
+
+/// The radius, mm, within which `share` of a mask's voxels are right (of all, without a mask; share
+/// above 0, below 1): the mean of P over the cells whose centres lie in the mask is `share`.
+/// Errors: kBadInput if there is no such cell, or if the deviation is not known.
+Result<double> error_radius_mm(const Deviation& deviation, const Mask* mask = nullptr,
+                               double share = 0.95);
+
 }  // namespace palpate

@@ -127,6 +127,10 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
       vulkan::Buffer(context_, most_bricks * sizeof(uint32_t), vulkan::Buffer::Kind::kHostVisible);
   read_measures_ = vulkan::Buffer(context_, most_bricks * sizeof(BrickMeasure),
                                   vulkan::Buffer::Kind::kHostVisible);
+  const glm::ivec3 finest = plan_.levels[size_t(plan_.options.finest_level)].cells;
+  deviation_ = vulkan::Buffer(
+      context_, size_t(finest.x) * size_t(finest.y) * size_t(finest.z) * sizeof(uint64_t),
+      vulkan::Buffer::Kind::kHostVisible);
   if (plan_.slabs > 1) {
     const glm::ivec3 size{plan_.image.size.x, plan_.image.size.y, slabs_of(plan_).front().depth};
     for (vulkan::Image* slab : {&fixed_slab_, &moving_slab_}) {
@@ -447,14 +451,14 @@ void PairSolver::repair(size_t l, SolveReport& report) {
                all_bricks(plan_.levels[l].cells), report);
 }
 
-/// Records to compute the confidence and to write the field with it into `primal`.
+/// Records to compute deviation and confidence: the field with its confidence goes into `primal`,
+/// the deviation into the first dual image, which is not used any more.
 void PairSolver::judge(size_t l) {
   const LevelPlan& level = plan_.levels[l];
-  const YieldOptions& yield = plan_.options.yield;
   LevelImages& i = levels_[l];
   activate(all_bricks(level.cells));
-  const bool two = yields(plan_, l);
-  const double voxels = window_voxels(level, two ? yield.window : level.options.window);
+  const double window = yields(plan_, l) ? plan_.options.yield.window : level.options.window;
+  const double voxels = window_voxels(level, window);
   const glm::dvec3 noise =
       double(shaders::kNoiseOfGradient) / (level.spacing_mm * level.spacing_mm);
   recorder_.restart();
@@ -467,15 +471,12 @@ void PairSolver::judge(size_t l) {
        {equations[1], nearest},
        {equations[2], nearest},
        {i.field, nearest},
-       {two ? i.coarser : equations[2], nearest},
-       i.primal},
-      shaders::ConfidencePush{
-          wide(level.cells),
-          glm::vec4(level.cell_mm, 1.0 / level.h_mm),
-          glm::vec4(noise, 1.0 / (voxels * level.h_mm * level.h_mm)),
-          {float(yield.noise * noise_), float(yield.flat),
-           float(std::pow(plan_.options.damping / level.h_mm, 2)), two ? 1.0F : 0.0F}},
+       i.primal,
+       i.dual[0]},
+      shaders::ConfidencePush{wide(level.cells), glm::vec4(level.cell_mm, 1.0 / level.h_mm),
+                              glm::vec4(noise, 1.0 / (voxels * level.h_mm * level.h_mm))},
       slice_groups(active_));
+  recorder_.copy(i.dual[0], deviation_);
 }
 
 /// Records the beginning of a level, with the field of the coarser one. What that one does not
@@ -560,6 +561,13 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
 
 void PairSolver::download(Field& field, Confidence& confidence) {
   unpack_field(download_.as<glm::vec4>(), plan_, field, confidence);
+  const auto finest = size_t(plan_.options.finest_level);
+  Deviation& deviation = confidence.deviation;
+  deviation.grid = coarsened(level_grid(plan_, finest), plan_.levels[finest].cell);
+  const std::span<const uint64_t> texels = deviation_.as<uint64_t>().first(deviation.grid.count());
+  deviation.mm.resize(texels.size());
+  std::transform(texels.begin(), texels.end(), deviation.mm.begin(),
+                 [](uint64_t texel) { return glm::vec2(glm::unpackHalf4x16(texel)); });
 }
 
 void unpack_field(std::span<const glm::vec4> device, const MotionPlan& plan, Field& field,

@@ -32,7 +32,8 @@ class FieldSolver {
                                            const std::stop_token& stop,
                                            const SolveProgress& progress) = 0;
 
-  /// The field of the last solve, on plan.field, LPS mm, with its confidence.
+  /// The field of the last solve, on plan.field, LPS mm, with its confidence, whose deviation is on
+  /// the cells of the finest level.
   virtual void download(Field& field, Confidence& confidence) = 0;
 };
 
@@ -126,7 +127,7 @@ class PairSolver : public FieldSolver {
   double noise_ = 0.0;                // r^2 that noise leaves on the level above one that yields
   std::optional<size_t> left_level_;  // whose unexplained difference is in download_
   vulkan::Buffer counts_;             // number of folded cells of each brick
-  vulkan::Buffer download_;
+  vulkan::Buffer download_, deviation_;
   // Reused, since creating command buffers and their pools takes longer than running them on a GPU.
   // One for work that runs once, one for iterations. The first is started without waiting where the
   // second follows: on a GPU waiting takes as long as 20 steps.

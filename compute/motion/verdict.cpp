@@ -256,6 +256,8 @@ Result<Evidence> examined(const Volume& fixed, const Volume& moving, const Field
   if (confidence && matched->clear > 0) {
     const Result<double> low = low_confidence_share(*confidence, &clear);
     if (low) evidence.low_confidence = *low;
+    const Result<double> radius = error_radius_mm(confidence->deviation, &clear);
+    if (radius) evidence.within_95_mm = *radius;
   }
   if (structure) *structure = std::move(clear);
   return evidence;

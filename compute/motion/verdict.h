@@ -105,6 +105,7 @@ struct Evidence {
   std::optional<Distances> inverse;      ///< inverse_consistency()
   std::optional<Distances> drift;        ///< cycle_drift()
   std::optional<double> low_confidence;  ///< low_confidence_share(), best of clear voxels
+  std::optional<double> within_95_mm;    ///< error_radius_mm() of clear voxels; not judged
 };
 
 /// The verdict on measurements. A field that was never compared with its frames (no `match`) is at
@@ -113,9 +114,9 @@ Verdict judged(const Evidence& evidence, const Limits& limits = {});
 
 /// Measures everything that can be measured on a pair and its field, for judged(). backward,
 /// confidence and mask may be null; the mask is on fixed's grid. Folds are counted on u's own grid;
-/// consistency and confidence where the frames show structure (Match::clear), with a mask only
-/// where both x and x + u(x) lie inside. structure: null, or set to the voxels with structure.
-/// Errors: kBadInput as from match(). Any thread; uses all cores.
+/// consistency, confidence and the radius where the frames show structure (Match::clear), with a
+/// mask only where both x and x + u(x) lie inside. structure: null, or set to the voxels with
+/// structure. Errors: kBadInput as from match(). Any thread; uses all cores.
 Result<Evidence> examined(const Volume& fixed, const Volume& moving, const Field& u,
                           const Field* backward = nullptr, const Confidence* confidence = nullptr,
                           const Mask* mask = nullptr, Mask* structure = nullptr);

@@ -39,6 +39,18 @@ Confidence resampled(const Confidence& confidence, const Grid& onto) {
   return {onto, resampled(Volume{confidence.grid, confidence.values}, onto).values};
 }
 
+Deviation resampled(const Deviation& deviation, const Grid& onto) {
+  Deviation result{onto, std::vector<glm::vec2>(deviation.mm.empty() ? 0 : onto.count())};
+  if (deviation.mm.empty()) return result;
+  Volume part{deviation.grid, std::vector<float>(deviation.mm.size())};
+  for (int c = 0; c < 2; ++c) {
+    for (size_t i = 0; i < deviation.mm.size(); ++i) part.values[i] = deviation.mm[i][c];
+    const Volume fine = resampled(part, onto);
+    for (size_t i = 0; i < fine.values.size(); ++i) result.mm[i][c] = fine.values[i];
+  }
+  return result;
+}
+
 Field still_field(const Grid& grid) {
   return {grid, std::vector<glm::vec3>(grid.count(), glm::vec3(0.0F))};
 }

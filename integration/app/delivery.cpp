@@ -43,6 +43,7 @@ Status Delivery::take(const EstimatedPair& pair) {
                 lengths_mm(field, mask ? &*mask : nullptr),
                 motion.report,
                 {}};
+  if (motion.confidence.deviation.mm.empty()) now.names.deviation.clear();  // the classic engine
   if (const Status written = write(pair, field, now.names); !written) return written;
   if (options_.judge) {
     Mask structure;
@@ -82,8 +83,12 @@ Status Delivery::write(const EstimatedPair& pair, const Field& field, const Pair
     return files::write_field(inverse_of(field, onto).w, path);
   });
   if (!status) return status;
-  return put(names.confidence, [&](const auto& path) {
+  status = put(names.confidence, [&](const auto& path) {
     return files::write_confidence(resampled(pair.motion.confidence, field.grid), path);
+  });
+  if (!status) return status;
+  return put(names.deviation, [&](const auto& path) {
+    return files::write_deviation(resampled(pair.motion.confidence.deviation, field.grid), path);
   });
 }
 
@@ -114,6 +119,9 @@ void Delivery::tell(const Delivered& pair) {
   }
   if (evidence.inverse)
     line += fmt::format(", inverse consistency {:.3f} voxel", evidence.inverse->own_voxels.mean);
+  if (evidence.within_95_mm)
+    line += fmt::format(", expected error below {:.2g} mm at 95 % of the structure",
+                        *evidence.within_95_mm);
   if (options_.judge) line += fmt::format(": {}", word(judged(evidence).trust));
   console_.say(line);
 }
@@ -169,6 +177,7 @@ nlohmann::json Delivery::pairs() const {
                             {"cost", json_of(pair.report)}};
     if (!pair.names.inverse.empty()) entry["inverse"] = pair.names.inverse;
     if (!pair.names.confidence.empty()) entry["confidence"] = pair.names.confidence;
+    if (!pair.names.deviation.empty()) entry["deviation"] = pair.names.deviation;
     if (!pair.names.picture.empty()) entry["picture"] = pair.names.picture;
     if (options_.judge) {
       entry["evidence"] = json_of(pair.evidence);

@@ -19,6 +19,7 @@ struct PairNames {
   std::string field;
   std::string inverse;
   std::string confidence;
+  std::string deviation;
   std::string picture;
 };
 

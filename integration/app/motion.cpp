@@ -108,7 +108,10 @@ PairNames names_of_pair(const MotionCommand& command) {
   PairNames names;
   names.field = stem + ending;
   if (command.inverse) names.inverse = stem + "_inverse" + ending;
-  if (command.confidence) names.confidence = stem + "_confidence" + ending;
+  if (command.confidence) {
+    names.confidence = stem + "_confidence" + ending;
+    names.deviation = stem + "_deviation" + ending;
+  }
   if (command.pictures) names.picture = stem + ".png";
   return names;
 }
@@ -121,7 +124,10 @@ PairNames names_in_sequence(const MotionCommand& command, size_t count, size_t f
   PairNames names;
   names.field = "motion_" + there + "." + command.format;
   if (command.inverse) names.inverse = "inverse_" + back + "." + command.format;
-  if (command.confidence) names.confidence = "confidence_" + there + "." + command.format;
+  if (command.confidence) {
+    names.confidence = "confidence_" + there + "." + command.format;
+    names.deviation = "deviation_" + there + "." + command.format;
+  }
   if (command.pictures) names.picture = "motion_" + there + ".png";
   return names;
 }
@@ -172,7 +178,8 @@ Status check_names(const MotionCommand& command, size_t frame_count) {
     const PairNames names = command.is_pair()
                                 ? names_of_pair(command)
                                 : names_in_sequence(command, frame_count, k, (k + 1) % frame_count);
-    for (const std::string& name : {names.field, names.inverse, names.confidence, names.picture})
+    for (const std::string& name :
+         {names.field, names.inverse, names.confidence, names.deviation, names.picture})
       if (!name.empty()) outputs.push_back(folder / name);
   }
   if (!command.is_pair()) outputs.push_back(folder / kSummaryName);
@@ -194,7 +201,8 @@ Status check_names(const MotionCommand& command, size_t frame_count) {
 double bytes_to_write(const MotionCommand& command, const Frames& frames) {
   const double fields = double(frames.count - (command.cyclic ? 0 : 1)) +
                         (command.is_whole(frames.count) ? 2.0 * double(frames.count) : 0.0);
-  const double per_voxel = 12.0 + (command.inverse ? 12.0 : 0.0) + (command.confidence ? 4.0 : 0.0);
+  const double per_voxel =
+      12.0 + (command.inverse ? 12.0 : 0.0) + (command.confidence ? 12.0 : 0.0);
   // A cell of the solved grid is at least two voxels wide.
   return fields * per_voxel * double(frames.grid.count()) / (command.coarse ? 8.0 : 1.0);
 }
@@ -650,8 +658,10 @@ Command add_motion(CLI::App& program) {
                   std::string(running::find_option("frames_per_second")->help))
       ->check(number_in(files::kFrameRates));
   app->add_flag("--inverse", command->inverse, "Also write the inverse of each field");
-  app->add_flag("--confidence", command->confidence,
-                "Also write how far to trust each voxel, 0..1");
+  app->add_flag(
+      "--confidence", command->confidence,
+      "Also write how far to trust each voxel: a share of 0..1, and the standard deviation "
+      "of the error along and across the image gradient (mm)");
   app->add_flag("--coarse", command->coarse, "Write on the solved grid instead of the image's");
   app->add_flag("--pictures", command->pictures, "Also draw each pair (PNG)");
   app->add_option(

@@ -69,7 +69,8 @@ Result<Written> write_sequence(const SequenceMotion& motion, const std::vector<V
   const size_t steps = count - (cyclic ? 0 : 1);
   for (size_t k = 0; status && k < steps; ++k) {
     const size_t next = (k + 1) % count;
-    const PairNames names = options.names(k, next);
+    PairNames names = options.names(k, next);
+    if (step_confidence[k].deviation.mm.empty()) names.deviation.clear();  // the classic engine
     const Field field = consecutive_field(motion, k, onto);
     points.follow(field);
     written["fields"].push_back(names.field);
@@ -82,6 +83,10 @@ Result<Written> write_sequence(const SequenceMotion& motion, const std::vector<V
     if (!status) break;
     status = put(outputs, names.confidence, [&](const auto& path) {
       return files::write_confidence(resampled(step_confidence[k], field.grid), path);
+    });
+    if (!status) break;
+    status = put(outputs, names.deviation, [&](const auto& path) {
+      return files::write_deviation(resampled(step_confidence[k].deviation, field.grid), path);
     });
     if (!status) break;
     status = put(outputs, names.picture, [&](const auto& path) {

@@ -46,6 +46,7 @@ json json_of(const Evidence& evidence) {
   if (evidence.match) result["match"] = json_of(*evidence.match);
   if (evidence.inverse) result["inverse_consistency"]["structure"] = json_of(*evidence.inverse);
   if (evidence.low_confidence) result["low_confidence_share"] = *evidence.low_confidence;
+  if (evidence.within_95_mm) result["within_95_mm"] = *evidence.within_95_mm;
   return result;
 }
 

@@ -265,6 +265,7 @@ class EstimatorContent {
     keep_worse(motion.folds, evidence.folds, [](const Folds& folds) { return -folds.min_det; });
     keep_worse(motion.match, evidence.match,
                [](const Match& match) { return match.motion_left_voxels; });
+    keep_worse(motion.within_95_mm, evidence.within_95_mm, [](double radius) { return radius; });
   }
 
   static void conclude(MotionContent& motion, Verdict verdict) {
@@ -376,6 +377,7 @@ void fill(PalMotionSummary& summary, const MotionContent& motion) {
   summary.correlation_after = motion.match ? motion.match->correlation_after : kNotMeasured;
   summary.motion_left_voxels = motion.match ? motion.match->motion_left_voxels : kNotMeasured;
   summary.drift_mean_mm = motion.drift ? motion.drift->mm.mean : kNotMeasured;
+  summary.within_95_mm = motion.within_95_mm.value_or(kNotMeasured);
 }
 static_assert(int(Trust::kOk) + 1 == PAL_TRUST_OK &&
               int(Trust::kSuspect) + 1 == PAL_TRUST_SUSPECT &&
@@ -567,6 +569,25 @@ PalResult pal_motion_confidence(const PalMotion* motion, const PalFieldInfo* inf
     palpate::Volume on_grid = resampled(palpate::Volume{known.grid, known.values}, *grid);
     palpate::files::reverse_j(*grid, on_grid.values.data(), 1);
     std::copy(on_grid.values.begin(), on_grid.values.end(), values);
+    return PAL_OK;
+  });
+}
+
+PalResult pal_motion_deviation(const PalMotion* motion, const PalFieldInfo* info,
+                               float* along_across_mm) {
+  return with(motion, info, [&](const MotionContent& of_motion, const PalFieldInfo& wanted) {
+    if (!along_across_mm)
+      return failed(PAL_BAD_INPUT, {"The argument that takes the deviation is NULL"});
+    if (wanted.step >= of_motion.confidence.size() ||
+        of_motion.confidence[wanted.step].deviation.mm.empty())
+      return failed(PAL_BAD_INPUT, {"There is no deviation of such a step"});
+    const auto grid = grid_for(wanted, of_motion);
+    if (!grid) return failed(grid.error());
+    const palpate::Deviation on_grid =
+        resampled(of_motion.confidence[wanted.step].deviation, *grid);
+    static_assert(sizeof(glm::vec2) == 2 * sizeof(float));
+    std::memcpy(along_across_mm, on_grid.mm.data(), on_grid.mm.size() * sizeof(glm::vec2));
+    palpate::files::reverse_j(*grid, along_across_mm, 2);
     return PAL_OK;
   });
 }

@@ -29,6 +29,7 @@ struct MotionContent {
   std::optional<Folds> folds;  ///< the worst
   std::optional<Match> match;  ///< the worst
   std::optional<Distances> drift;
+  std::optional<double> within_95_mm;  ///< the worst
 
   size_t step_count() const {
     return whole ? frames - (whole->basis.cycle_s > 0.0 ? 0 : 1) : steps.size();

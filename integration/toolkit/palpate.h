@@ -318,6 +318,7 @@ typedef struct PalMotionSummary {
   double correlation_before, correlation_after; /* mean local correlation */
   double motion_left_voxels; /* motion that is still found between the matched frames */
   double drift_mean_mm;      /* after one cycle of the fields from frame to frame */
+  double within_95_mm;       /* where there is structure 95 % of the voxels are right within this */
 } PalMotionSummary;
 
 /* Gives the summary of a motion. [ANY] */
@@ -350,6 +351,13 @@ PAL_API PalResult pal_motion_field(const PalMotion* motion, const PalFieldInfo* 
    time_s are ignored. [ANY] */
 PAL_API PalResult pal_motion_confidence(const PalMotion* motion, const PalFieldInfo* info,
                                         float* values);
+
+/* Gives the standard deviation of a field's error at each sample of the grid, two floats side by
+   side, mm: along the image gradient, where the images show motion best, and across it, in each of
+   the two other directions. Of the field whose confidence pal_motion_confidence() gives; flags and
+   time_s are ignored. [ANY] */
+PAL_API PalResult pal_motion_deviation(const PalMotion* motion, const PalFieldInfo* info,
+                                       float* along_across_mm);
 
 /* Warps a frame with a field: gives at each sample x of the grid the frame's value at x + u(x),
    interpolated linearly, clamped to the border outside. The frame is on the frames' grid. [ANY] */

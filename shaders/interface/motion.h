@@ -23,14 +23,21 @@ constexpr int kLeastForOutermost = 16;
 // kSteepest.
 constexpr float kSteepest = 0.5F;
 constexpr float kGentle = 0.8F;
-// Confidence, see confidence.comp. kRightOdds was fitted on 22 pairs of 9 anatomies with known
-// motion; with any one anatomy left out it is 0.0091 to 0.0166 (docs/decisions/motion-engine.md).
-// kNoiseOfGradient: white noise of two frames that share nothing gives gradients of r^2 / 8 per
-// voxel and axis; a quarter more removes chance variations, too.
-constexpr float kRightOdds = 0.012F;
+// Deviation and confidence, see confidence.comp and docs/decisions/motion/confidence.md. kAlong,
+// kAcross, kErrorRadius and kErrorTail were fitted on 57 pairs of 9 anatomies with known motion.
+constexpr float kAlong = 1.55F;
+constexpr float kAcross = 1.84F;
+constexpr float kErrorRadius = 1.71F;
+constexpr float kErrorTail = 1.85F;
 constexpr float kRest = 0.03F;
-constexpr float kSteep = 0.3F;
-constexpr float kLeft = 0.01F;
+constexpr float kRestDamping = 0.03F;
+constexpr float kSteep = 0.1F;
+constexpr float kCertain = 0.01F;
+constexpr float kUnknown = 10.0F;
+constexpr float kCounts = 0.01F;
+constexpr float kLeastCounted = 0.05F;
+// White noise of two frames that share nothing gives gradients of r^2 / 8 per voxel and axis; a
+// quarter more removes chance variations, too.
 constexpr float kNoiseOfGradient = 0.15625F;
 constexpr float kLeastResidual = 1e-6F;
 // Candidates of the step for sliding borders per axis and side.
@@ -43,10 +50,17 @@ const float kLargestGradient = 60000.0;
 const int kLeastForOutermost = 16;
 const float kSteepest = 0.5;
 const float kGentle = 0.8;
-const float kRightOdds = 0.012;
+const float kAlong = 1.55;
+const float kAcross = 1.84;
+const float kErrorRadius = 1.71;
+const float kErrorTail = 1.85;
 const float kRest = 0.03;
-const float kSteep = 0.3;
-const float kLeft = 0.01;
+const float kRestDamping = 0.03;
+const float kSteep = 0.1;
+const float kCertain = 0.01;
+const float kUnknown = 10.0;
+const float kCounts = 0.01;
+const float kLeastCounted = 0.05;
 const float kNoiseOfGradient = 0.15625;
 const float kLeastResidual = 1e-6;
 const int kSlidingSteps = 4;
@@ -157,11 +171,8 @@ struct ConfidencePush {
   vec4 cell_mm;  // w: 1 / h in 1/mm
   // xyz: kNoiseOfGradient / (voxel edge in mm)^2; w: 1 / (voxels averaged by the window, times h^2)
   vec4 noise;
-  // x: W, r^2 that noise leaves without structure on the coarser level; y: flat; z: alpha^2 / h^2
-  // in 1/mm^2; w: 1 = there is a coarser level, 0 = rho is 0
-  vec4 left;
 };
-PALPATE_SIZE(ConfidencePush, 64);
+PALPATE_SIZE(ConfidencePush, 48);
 
 struct MatchingPush {
   ivec4 size;       // of the images

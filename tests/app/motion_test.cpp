@@ -86,8 +86,19 @@ TEST(MotionOfAPair, ComesWithInverseConfidenceAndPicture) {
   EXPECT_GE(*low, 0.0F);
   EXPECT_LE(*high, 1.0F);
   EXPECT_GT(*high, *low);
+  // Two numbers for each voxel: nowhere is the motion less certain along the gradient than across.
+  const std::string deviation = files::read_bytes(folder / "u_deviation.mha");
+  EXPECT_THAT(deviation, HasSubstr("ElementNumberOfChannels = 2\n"));
+  std::vector<glm::vec2> sd(confidence->values.size());
+  const size_t header = deviation.size() - sd.size() * sizeof(glm::vec2);
+  ASSERT_THAT(deviation.substr(0, header), testing::EndsWith("ElementDataFile = LOCAL\n"));
+  std::memcpy(sd.data(), deviation.data() + header, sd.size() * sizeof(glm::vec2));
+  for (const glm::vec2& voxel : sd) {
+    ASSERT_GT(voxel.x, 0.0F);
+    ASSERT_GT(voxel.y, voxel.x);
+  }
   EXPECT_EQ(files::read_bytes(folder / "u.png").substr(1, 3), "PNG");
-  EXPECT_EQ(folder.entry_count(), writes_pages() ? 7U : 6U);
+  EXPECT_EQ(folder.entry_count(), writes_pages() ? 8U : 7U);
   if (!writes_pages()) return;
   const auto page = page_data(folder / "u.html");
   EXPECT_EQ(page["frame_labels"], nlohmann::json({"fixed", "moving"}));
@@ -441,6 +452,7 @@ TEST(OneMotion, IsWrittenInAllItsFormsAndRead) {
                                 (k + 1) % kFrames, kFrames),
               kSmallHeartVoxels);
     EXPECT_TRUE(files::read_volume(out + "/confidence_" + here + "_to_" + next + ".mha"));
+    EXPECT_TRUE(std::filesystem::exists(out + "/deviation_" + here + "_to_" + next + ".mha"));
   }
   const auto motion = files::read_sequence_motion(out + "/sequence_motion.nrrd");
   ASSERT_TRUE(motion) << motion.error().message;
@@ -512,8 +524,7 @@ TEST(Demo, MakesEstimatesComparesAndDraws) {
     const size_t table = result.out.find("palpate felt a ");
     ASSERT_NE(table, std::string::npos);
     const std::string log = result.out.substr(0, table), summary = result.out.substr(table);
-    const std::regex pair(
-        "Frame [0-9] to [0-9]   ([0-9.]+ s)|inverse consistency ([0-9.]+ voxel):");
+    const std::regex pair("Frame [0-9] to [0-9]   ([0-9.]+ s)|inverse consistency ([0-9.]+ voxel)");
     size_t pairs = 0;
     for (std::sregex_iterator at(log.begin(), log.end(), pair), end; at != end; ++at, ++pairs)
       EXPECT_THAT(summary, HasSubstr((*at)[1].matched ? (*at)[1].str() : (*at)[2].str()));

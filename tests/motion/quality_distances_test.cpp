@@ -6,6 +6,7 @@
 
 #include "compute/motion/quality.h"
 #include "compute/volume/phantom.h"
+#include "shaders/interface/motion.h"
 #include "tests/motion/quality_fields.h"
 
 namespace palpate {
@@ -190,6 +191,32 @@ TEST(LowConfidenceShare, CountsInsideTheMaskOnly) {
   confidence.values[40] = 0.0F;
   EXPECT_DOUBLE_EQ(*low_confidence_share(confidence, &mask), 0.25);
   EXPECT_DOUBLE_EQ(*low_confidence_share(confidence), 3.0 / 64.0);
+}
+
+TEST(ErrorRadius, IsThatOfTheDistributionThatConfidenceHas) {
+  const Grid grid{{8, 4, 2}};
+  // One radius everywhere: it contains 95 %.
+  Deviation deviation{grid, std::vector<glm::vec2>(grid.count(), {0.3F, 0.4F})};
+  const double radius = shaders::kErrorRadius * std::sqrt(0.3 * 0.3 + 2.0 * 0.4 * 0.4);
+  EXPECT_NEAR(*error_radius_mm(deviation), radius, 1e-5);
+  // Half of the voxels: the odds are 1 instead of 19.
+  EXPECT_NEAR(*error_radius_mm(deviation, nullptr, 0.5),
+              radius * std::pow(1.0 / 19.0, 1.0 / shaders::kErrorTail), 1e-5);
+  // An eighth of the cells is far less certain: the sum of both shares is 95 %.
+  for (size_t i = 0; i < grid.count(); i += 8) deviation.mm[i] *= 10.0F;
+  const double all = *error_radius_mm(deviation);
+  const auto inside = [&](double of) {
+    return 1.0 / (1.0 + std::pow(of / all, shaders::kErrorTail) / 19.0);
+  };
+  EXPECT_NEAR(0.875 * inside(radius) + 0.125 * inside(10.0 * radius), 0.95, 1e-5);
+  // A mask leaves them out.
+  Mask mask{grid, std::vector<uint8_t>(grid.count(), 1)};
+  for (size_t i = 0; i < grid.count(); i += 8) mask.values[i] = 0;
+  EXPECT_NEAR(*error_radius_mm(deviation, &mask), radius, 1e-5);
+  // Nothing to say.
+  std::fill(mask.values.begin(), mask.values.end(), uint8_t(0));
+  EXPECT_EQ(error_radius_mm(deviation, &mask).error().kind, ErrorKind::kBadInput);
+  EXPECT_EQ(error_radius_mm(Deviation()).error().kind, ErrorKind::kBadInput);
 }
 
 }  // namespace

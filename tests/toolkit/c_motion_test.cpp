@@ -132,6 +132,21 @@ TEST_F(CMotion, OfAPairIsTheEnginesOwnBitByBit) {
   EXPECT_TRUE(std::all_of(confidence.begin(), confidence.end(),
                           [](float c) { return c >= 0.0F && c <= 1.0F; }));
   EXPECT_GT(*std::max_element(confidence.begin(), confidence.end()), 0.5F);
+
+  // Deviation: what the images show least is less certain than what they show best.
+  std::vector<float> sd(2 * sequence_.frames[0].values.size(), -1.0F);
+  PAL_EXPECT_OK(pal_motion_deviation(motion_, &step, sd.data()));
+  const Deviation there = resampled(direct->confidence.deviation, sequence_.frames[0].grid);
+  EXPECT_EQ(std::memcmp(sd.data(), there.mm.data(), sizeof(float) * sd.size()), 0);
+  for (size_t i = 0; i < sd.size(); i += 2) {
+    EXPECT_GT(sd[i], 0.0F);
+    EXPECT_GT(sd[i + 1], sd[i]);
+  }
+  EXPECT_GT(known.within_95_mm, 0.0);
+  EXPECT_LT(known.within_95_mm, known.motion_max_mm);
+  EXPECT_EQ(pal_motion_deviation(motion_, &step, nullptr), PAL_BAD_INPUT);
+  step.step = 1;
+  EXPECT_EQ(pal_motion_deviation(motion_, &step, sd.data()), PAL_BAD_INPUT);
 }
 
 TEST_F(CMotion, WarpsTheMovingFrameOntoTheFixedOneAndBack) {

@@ -127,7 +127,7 @@ std::string nifti_header_of(const ImageToWrite& picture) {
     }
     put<float>(bytes, 292 + 16 * size_t(r), float(origin[r]));
   }
-  if (vectors) bytes.replace(328, 6, "LPS mm");
+  if (picture.components == 3) bytes.replace(328, 6, "LPS mm");
   bytes.replace(344, 3, "n+1");
   return bytes;
 }

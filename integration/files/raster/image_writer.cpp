@@ -171,6 +171,15 @@ Status write_confidence(const Confidence& confidence, const std::filesystem::pat
   return write_scalar(confidence.grid, confidence.values.data(), path);
 }
 
+Status write_deviation(const Deviation& deviation, const std::filesystem::path& path) {
+  static_assert(sizeof(glm::vec2) == 2 * sizeof(float), "pairs are written as runs of floats");
+  ImageToWrite picture;
+  picture.grid = deviation.grid;
+  picture.components = 2;
+  picture.frames = {deviation.mm.data()};
+  return write_picture(picture, path);
+}
+
 Status write_mask(const Mask& mask, const std::filesystem::path& path) {
   std::vector<uint8_t> ones(mask.values.size());
   std::transform(mask.values.begin(), mask.values.end(), ones.begin(),

@@ -24,6 +24,9 @@ Status write_mask(const Mask& mask, const std::filesystem::path& path);
 /// Samples as float in [0, 1].
 Status write_confidence(const Confidence& confidence, const std::filesystem::path& path);
 
+/// Two components of float, mm: along the image gradient, and across it.
+Status write_deviation(const Deviation& deviation, const std::filesystem::path& path);
+
 /// A 3D Slicer sequence (.seq.nrrd), list axis last, times as index values in s if they are known.
 /// All frames must be on the grid of the first.
 Status write_sequence(const Sequence& sequence, const std::filesystem::path& path);

@@ -214,6 +214,15 @@ class PythonMotion {
     without_lock([&] { return pal_motion_confidence(handle_.handle, &info, to); });
     return values;
   }
+  py::array_t<float> deviation(uint32_t step) const {
+    const PalFieldInfo info = wanted(step, std::nullopt, false);
+    const PalGrid& grid = summary_.grid;
+    py::array_t<float> sd({py::ssize_t(grid.size[2]), py::ssize_t(grid.size[1]),
+                           py::ssize_t(grid.size[0]), py::ssize_t(2)});
+    float* const to = sd.mutable_data();
+    without_lock([&] { return pal_motion_deviation(handle_.handle, &info, to); });
+    return sd;
+  }
   py::array_t<float> warp(const py::array& frame, uint32_t step, std::optional<double> time_s,
                           bool inverse) const {
     const PalFieldInfo info = wanted(step, time_s, inverse);
@@ -244,7 +253,8 @@ class PythonMotion {
         "motion_mean_mm"_a = s.motion_mean_mm, "motion_max_mm"_a = s.motion_max_mm,
         "folded_voxels"_a = s.folded_voxels, "least_determinant"_a = s.least_determinant,
         "correlation_before"_a = s.correlation_before, "correlation_after"_a = s.correlation_after,
-        "motion_left_voxels"_a = s.motion_left_voxels, "drift_mean_mm"_a = s.drift_mean_mm);
+        "motion_left_voxels"_a = s.motion_left_voxels, "drift_mean_mm"_a = s.drift_mean_mm,
+        "within_95_mm"_a = s.within_95_mm);
   }
 
  private:
@@ -723,6 +733,7 @@ PYBIND11_MODULE(_palpate, m) {
   py::class_<PythonMotion>(m, "Motion")
       .def("field", &PythonMotion::field, "step"_a, "time_s"_a, "inverse"_a)
       .def("confidence", &PythonMotion::confidence, "step"_a)
+      .def("deviation", &PythonMotion::deviation, "step"_a)
       .def("warp", &PythonMotion::warp, "frame"_a, "step"_a, "time_s"_a, "inverse"_a)
       .def("save", &PythonMotion::save, "path"_a, "step"_a)
       .def("geometry", &PythonMotion::geometry)

@@ -59,6 +59,7 @@ struct Score {
   double seconds = 0.0;
   /// Empty unless requested.
   Reliability reliability;
+  std::optional<Radii> radii;
 };
 
 struct Measured {
@@ -128,9 +129,12 @@ Measured measure(const CaseSource& source, const std::vector<Variant>& variants,
     if (pair.border) score.border = mean_error_mm(found.field, pair, *pair.border) / finest;
     score.folded = folds(resampled(found.field, pair.fixed.grid)).folded;
     score.seconds = found.seconds;
-    if (command.confidence && found.confidence)
+    if (command.confidence && found.confidence) {
       score.reliability = reliability_of(found.field, *found.confidence, pair.truth, &pair.mask,
                                          kRightVoxels * finest);
+      score.radii =
+          radii_of(found.field, found.confidence->deviation, pair.truth, pair.mask, finest);
+    }
     result.scores.push_back(score);
     if (command.runs == 0 || methods[v]->runs_once()) methods[v].reset();
   }
@@ -308,6 +312,17 @@ std::vector<Table> reliability_tables(const std::vector<Variant>& variants,
   return tables;
 }
 
+std::vector<Table> radii_tables(const std::vector<Variant>& variants,
+                                const std::vector<Measured>& all) {
+  std::vector<Table> tables;
+  for (size_t v = 0; v < variants.size() && variants[v].preset != kItk; ++v) {
+    std::vector<std::pair<std::string, Radii>> rows;
+    for (const Measured& pair : all) rows.emplace_back(pair.pair, *pair.scores[v].radii);
+    tables.push_back(radii_table(rows, "Radius of 95 %: " + variants[v].name()));
+  }
+  return tables;
+}
+
 /// The reliability diagrams as a page.
 Result<std::string> page_of(const std::vector<Variant>& variants, const std::vector<Measured>& all,
                             const report::Conditions& about) {
@@ -395,7 +410,10 @@ int run(const AnatomiesCommand& command) {
   if (rows.tables().empty())
     return fail(console, {ErrorKind::kBadInput,
                           "There is no pair named like '" + command.only + "': leave --only out"});
-  if (command.confidence && !usual.empty()) rows.add(reliability_tables(variants, usual));
+  if (command.confidence && !usual.empty()) {
+    rows.add(reliability_tables(variants, usual));
+    rows.add(radii_tables(variants, usual));
+  }
   if (!command.page.empty()) {
     const auto page = page_of(variants, usual, rows.about());
     if (!page) return fail(console, page.error());

@@ -6,6 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "compute/motion/quality.h"
+#include "tests/lab/studies/measuring.h"
+
 namespace palpate::studies {
 namespace {
 
@@ -14,6 +17,27 @@ constexpr double kLeastShare = 5e-3;
 
 double ratio(double above, double below) {
   return below > 0.0 ? above / below : std::numeric_limits<double>::quiet_NaN();
+}
+
+/// Calls each(sample, error in mm) for the truth's samples inside the mask (on any grid; null:
+/// all).
+template <class Each>
+void for_each_counted(const Field& found, const Field& truth, const Mask* mask, const Each& each) {
+  const Grid& grid = truth.grid;
+  for (int k = 0; k < grid.size.z; ++k)
+    for (int j = 0; j < grid.size.y; ++j)
+      for (int i = 0; i < grid.size.x; ++i) {
+        const glm::dvec3 x = grid.lps_from_index({i, j, k});
+        if (mask) {
+          const glm::ivec3 at(glm::round(mask->grid.index_from_lps(x)));
+          if (glm::any(glm::lessThan(at, glm::ivec3(0))) ||
+              glm::any(glm::greaterThanEqual(at, mask->grid.size)) ||
+              !mask->values[mask->grid.offset(at.x, at.y, at.z)])
+            continue;
+        }
+        each(grid.offset(i, j, k),
+             glm::distance(sample_at_lps(found, x), glm::dvec3(truth.at(i, j, k))));
+      }
 }
 
 }  // namespace
@@ -62,24 +86,50 @@ double Reliability::calibration_error() const {
 
 Reliability reliability_of(const Field& found, const Confidence& confidence, const Field& truth,
                            const Mask* mask, double right_mm) {
-  const Grid& grid = truth.grid;
-  const Confidence trust = resampled(confidence, grid);
+  const Confidence trust = resampled(confidence, truth.grid);
   Reliability result;
-  for (int k = 0; k < grid.size.z; ++k)
-    for (int j = 0; j < grid.size.y; ++j)
-      for (int i = 0; i < grid.size.x; ++i) {
-        const glm::dvec3 x = grid.lps_from_index({i, j, k});
-        if (mask) {
-          const glm::ivec3 at(glm::round(mask->grid.index_from_lps(x)));
-          if (glm::any(glm::lessThan(at, glm::ivec3(0))) ||
-              glm::any(glm::greaterThanEqual(at, mask->grid.size)) ||
-              !mask->values[mask->grid.offset(at.x, at.y, at.z)])
-            continue;
-        }
-        const double off = glm::distance(sample_at_lps(found, x), glm::dvec3(truth.at(i, j, k)));
-        result.add(trust.values[grid.offset(i, j, k)], off <= right_mm);
-      }
+  for_each_counted(found, truth, mask, [&](size_t sample, double off_mm) {
+    result.add(trust.values[sample], off_mm <= right_mm);
+  });
   return result;
+}
+
+Radii radii_of(const Field& found, const Deviation& deviation, const Field& truth, const Mask& mask,
+               double voxel_mm) {
+  const Deviation sd = resampled(deviation, truth.grid);
+  std::vector<double> errors;
+  double own = 0.0;
+  for_each_counted(found, truth, &mask, [&](size_t sample, double off_mm) {
+    errors.push_back(off_mm);
+    own += off_mm <= error_radius_mm(glm::dvec2(sd.mm[sample])) ? 1.0 : 0.0;
+  });
+  const auto said = error_radius_mm(deviation, &mask);
+  if (!said || errors.empty()) throw Mismatch("No voxel counts, so there is no radius");
+  std::sort(errors.begin(), errors.end());
+  const auto count = double(errors.size());
+  const auto within = std::upper_bound(errors.begin(), errors.end(), *said) - errors.begin();
+  return {*said / voxel_mm, errors[size_t(0.95 * (count - 1.0))] / voxel_mm, double(within) / count,
+          own / count};
+}
+
+report::Table radii_table(const std::vector<std::pair<std::string, Radii>>& all,
+                          const std::string& title) {
+  report::Table table;
+  table.title = title;
+  table.note =
+      "The radius within which 95 % of the voxels should be right, by the deviation, beside the "
+      "95th percentile of the error, voxels of the finest axis; the share of the voxels that is "
+      "within it, and within a radius of its own for each voxel.";
+  table.columns = {{"pair", "pair"},
+                   {"radius_voxels", "radius"},
+                   {"truth_voxels", "95th percentile"},
+                   {"inside", "within it"},
+                   {"inside_own", "within its own"}};
+  for (const auto& [name, radii] : all)
+    table.rows.push_back({report::words(name), report::number(radii.said, 3),
+                          report::number(radii.truth, 3), report::number(radii.inside, 3),
+                          report::number(radii.inside_own, 3)});
+  return table;
 }
 
 report::Table reliability_table(const std::vector<NamedReliability>& all,

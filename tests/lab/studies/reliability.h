@@ -50,6 +50,23 @@ class Reliability {
 Reliability reliability_of(const Field& found, const Confidence& confidence, const Field& truth,
                            const Mask* mask, double right_mm);
 
+/// How well the radii of 95 % that follow from the deviation are calibrated. Voxels of the finest
+/// axis.
+struct Radii {
+  double said = 0.0;        ///< error_radius_mm() of all voxels that count
+  double truth = 0.0;       ///< 95th percentile of the error
+  double inside = 0.0;      ///< share of the voxels whose error is at most `said`
+  double inside_own = 0.0;  ///< share of those whose error is at most their own radius
+};
+
+/// Of the samples of the truth that reliability_of() counts. Throws Mismatch if there are none.
+Radii radii_of(const Field& found, const Deviation& deviation, const Field& truth, const Mask& mask,
+               double voxel_mm);
+
+/// A row for each pair.
+report::Table radii_table(const std::vector<std::pair<std::string, Radii>>& all,
+                          const std::string& title);
+
 using NamedReliability = std::pair<std::string, Reliability>;
 
 /// A row for each: mean confidence, share that is right, calibration error, and "share of the

@@ -197,25 +197,27 @@ Vectors measure(const Vectors& field, const Vectors& seen,
 /// (2 q + flat counted), W = noise.
 double left_over(const NormalEquations& left, double noise, double flat);
 
-/// Parameters of the confidence, beside the equations and the field.
+/// Parameters of the deviation, beside the equations and the field.
 struct Judging {
   double voxels = 1.0;  ///< N, what the window averages
   double h_mm = 1.0;
   glm::dvec3 spacing_mm{1.0}, cell_mm{1.0};
-  double damping_per_mm2 = 0.0;
-  double noise = 0.0, flat = 0.0;  ///< of left_over()
 };
 
-/// The confidence in the field, 0 to 1, from its normal equations under the narrow window.
-///   SD^2 = r^2 / (N l h^2), l the smallest eigenvalue of A without the gradients that noise of r^2
-/// alone would give; an axis of one cell is as certain as all others together;
-///   rest = |(A + damping)^-1 b| / h;  g = the largest difference to one of the six neighbours per
-/// mm;  rho = left_over() of the coarser level, 0 without one (null);
-///   odds = kRightOdds / ((rest + kRest)^2 (g + kSteep) (rho + kLeft))
-///   confidence = (1 + 1 / (1 + 4 SD^2)) / 2 odds / (1 + odds) min(1, counted)
-/// 0 where less than a hundredth of the cell counted.
-Scalars confidence(const Samples<NormalEquations>& equations, const Vectors& field,
-                   const Samples<NormalEquations>* coarser, const Judging& with);
+/// The deviation of the field, along (x) and across (y) the image gradient, mm, and the confidence
+/// (z), 0 to 1, from its normal equations under the narrow window.
+///   SD^2(l) = min(r^2 / (N l h^2), kUnknown), l: an eigenvalue of A without the gradients that
+///             noise of r^2 alone would give; an axis of one cell is as certain as all others
+///   rest = min(|(A + (kRestDamping / h)^2)^-1 b| / h, 1)
+///   g = the largest difference to one of the six neighbours per mm
+///   base = h (rest + kRest)^0.4 (g + kSteep)^0.8 / clamp(counted, kLeastCounted, 1)
+///   along = kAlong base (SD^2(largest l) + kCertain)^(1/4)
+///   across = kAcross base (SD^2(smallest l) + kCertain)^(1/4)
+///   radius = kErrorRadius sqrt(along^2 + 2 across^2)
+///   confidence = 1 / (1 + (2 radius / h)^kErrorTail / 19)
+/// Where less than a hundredth of the cell counted: confidence 0, rest 1, SD^2 kUnknown.
+Vectors deviation(const Samples<NormalEquations>& equations, const Vectors& field,
+                  const Judging& with);
 
 /// Per cell the smallest det(I + grad u) at any of the 8 corners of the unit cubes of voxels whose
 /// lowest voxel is in the cell, with the cube's three edges at the corner as differences. And at

@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kCountsAtAll = 0.01;
 
-/// By Jacobi rotations: each makes one pair of off-diagonal elements zero.
-double smallest_eigenvalue(glm::dmat3 a) {
+/// Smallest and largest, by Jacobi rotations: each makes one pair of off-diagonal elements zero.
+glm::dvec2 extreme_eigenvalues(glm::dmat3 a) {
   for (int round = 0; round < 30; ++round) {
     const int p = round % 3 == 2 ? 1 : 0;
     const int q = round % 3 == 0 ? 1 : 2;
@@ -22,7 +22,7 @@ double smallest_eigenvalue(glm::dmat3 a) {
     turn[p][q] = -std::sin(angle);
     a = glm::transpose(turn) * a * turn;
   }
-  return std::min({a[0][0], a[1][1], a[2][2]});
+  return {std::min({a[0][0], a[1][1], a[2][2]}), std::max({a[0][0], a[1][1], a[2][2]})};
 }
 
 /// det(I + grad u) at corner `side` (0 or 1 per axis) of the unit cube that begins at voxel x.
@@ -68,12 +68,12 @@ double left_over(const NormalEquations& left, double noise, double flat) {
   return beyond_noise / (2.0 * left.structure + flat * left.counted + 1e-4);
 }
 
-Scalars confidence(const Samples<NormalEquations>& equations, const Vectors& field,
-                   const Samples<NormalEquations>* coarser, const Judging& with) {
-  Scalars result(equations.size);
+Vectors deviation(const Samples<NormalEquations>& equations, const Vectors& field,
+                  const Judging& with) {
+  Vectors result(equations.size);
   for_each(equations.size, [&](glm::ivec3 i) {
     const NormalEquations& e = equations.at(i);
-    if (e.counted <= kCountsAtAll) return;
+    const bool counted = e.counted > shaders::kCounts;
     glm::dmat3 a = e.a;
     double others = 0.0, steep = 0.0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -89,17 +89,26 @@ Scalars confidence(const Samples<NormalEquations>& equations, const Vectors& fie
     for (int axis = 0; axis < 3; ++axis)
       if (equations.size[axis] == 1) a[axis][axis] = others;
     // Both are means over all voxels, so the share of counted voxels cancels.
-    const double variance =
-        (e.residual + shaders::kLeastResidual * e.counted) /
-        (with.voxels * with.h_mm * with.h_mm * std::max(smallest_eigenvalue(a), 1e-12));
-    const double rest =
-        glm::length(glm::inverse(e.a + glm::dmat3(with.damping_per_mm2)) * e.b) / with.h_mm +
-        shaders::kRest;
-    const double rho = coarser ? left_over(coarser->at(i), with.noise, with.flat) : 0.0;
-    const double odds =
-        shaders::kRightOdds / (rest * rest * (steep + shaders::kSteep) * (rho + shaders::kLeft));
-    result.at(i) =
-        0.5 * (1.0 + 1.0 / (1.0 + 4.0 * variance)) * odds / (1.0 + odds) * std::min(1.0, e.counted);
+    const glm::dvec2 l = extreme_eigenvalues(a);
+    const auto variance = [&](double eigenvalue) {
+      const double bound = (e.residual + shaders::kLeastResidual * e.counted) /
+                           (with.voxels * with.h_mm * with.h_mm * std::max(eigenvalue, 1e-12));
+      return counted ? std::min(bound, double(shaders::kUnknown)) : double(shaders::kUnknown);
+    };
+    const double damping = std::pow(shaders::kRestDamping / with.h_mm, 2);
+    const double step = glm::length(glm::inverse(e.a + glm::dmat3(damping)) * e.b) / with.h_mm;
+    const double rest = counted && step < 1.0 ? step : 1.0;
+    const double base = with.h_mm * std::pow(rest + shaders::kRest, 0.4) *
+                        std::pow(steep + shaders::kSteep, 0.8) /
+                        std::clamp(e.counted, double(shaders::kLeastCounted), 1.0);
+    const auto sd = [&](double factor, double eigenvalue) {
+      return factor * base * std::pow(variance(eigenvalue) + shaders::kCertain, 0.25);
+    };
+    const double along = sd(shaders::kAlong, l[1]), across = sd(shaders::kAcross, l[0]);
+    const double radius = shaders::kErrorRadius * std::sqrt(along * along + 2.0 * across * across);
+    const double likely =
+        1.0 / (1.0 + std::pow(2.0 * radius / with.h_mm, shaders::kErrorTail) / 19.0);
+    result.at(i) = {along, across, counted ? likely : 0.0};
   });
   return result;
 }

@@ -446,7 +446,7 @@ namespace Palpate
         public PalTrust Trust;
         public string TrustWord, Reasons;
         public double Seconds, MotionMeanMm, MotionMaxMm, FoldedVoxels, LeastDeterminant, CorrelationBefore, CorrelationAfter,
-            MotionLeftVoxels, DriftMeanMm;
+            MotionLeftVoxels, DriftMeanMm, Within95Mm;
     }
 
     /// <summary>A stream tube at the newest tick: points in m, world; Lengths in LengthUnit.</summary>
@@ -703,7 +703,8 @@ namespace Palpate
                 TrustWord = Text.Of(raw.TrustWord), Reasons = Text.Of(raw.Reasons), Seconds = raw.Seconds,
                 MotionMeanMm = raw.MotionMeanMm, MotionMaxMm = raw.MotionMaxMm, FoldedVoxels = raw.FoldedVoxels,
                 LeastDeterminant = raw.LeastDeterminant, CorrelationBefore = raw.CorrelationBefore,
-                CorrelationAfter = raw.CorrelationAfter, MotionLeftVoxels = raw.MotionLeftVoxels, DriftMeanMm = raw.DriftMeanMm
+                CorrelationAfter = raw.CorrelationAfter, MotionLeftVoxels = raw.MotionLeftVoxels, DriftMeanMm = raw.DriftMeanMm,
+                Within95Mm = raw.Within95Mm
             };
         }
 
@@ -714,6 +715,11 @@ namespace Palpate
         /// <summary>The confidence of a field at each sample, 0 (a guess) to 1.</summary>
         public float[] Confidence(PalFieldInfo info = null) =>
             Filled(info, 1, (ref Native.PalFieldInfo raw, float[] values) => Native.pal_motion_confidence(this, ref raw, values));
+
+        /// <summary>The standard deviation of a field's error at each sample, mm: along the image gradient and across it, side by
+        /// side.</summary>
+        public float[] Deviation(PalFieldInfo info = null) =>
+            Filled(info, 2, (ref Native.PalFieldInfo raw, float[] values) => Native.pal_motion_deviation(this, ref raw, values));
 
         /// <summary>The frame's value at x + u(x) for each sample x of the grid. The frame is on the frames' grid, or, with an
         /// older file, on that of `info`.</summary>
@@ -1448,7 +1454,7 @@ namespace Palpate
             internal PalTrust Trust;
             internal IntPtr TrustWord, Reasons;
             internal double Seconds, MotionMeanMm, MotionMaxMm, FoldedVoxels, LeastDeterminant, CorrelationBefore, CorrelationAfter,
-                MotionLeftVoxels, DriftMeanMm;
+                MotionLeftVoxels, DriftMeanMm, Within95Mm;
         }
 
         [StructLayout(LayoutKind.Sequential)]
@@ -1573,6 +1579,8 @@ namespace Palpate
         internal static extern PalResult pal_motion_field(PalMotion motion, ref PalFieldInfo info, [In, Out] float[] xyz_mm);
         [DllImport(Library)]
         internal static extern PalResult pal_motion_confidence(PalMotion motion, ref PalFieldInfo info, [In, Out] float[] values);
+        [DllImport(Library)]
+        internal static extern PalResult pal_motion_deviation(PalMotion motion, ref PalFieldInfo info, [In, Out] float[] alongAcrossMm);
         [DllImport(Library)]
         internal static extern PalResult pal_motion_warp(PalMotion motion, ref PalFieldInfo info, PalSampleType type, IntPtr samples,
             [In, Out] float[] warped);

@@ -361,8 +361,8 @@ class _Copied:
     """What _palpate.Motion is to a Motion, for one that was copied through pickle: opened again from the bytes of files, of the whole motion or
     of each step."""
 
-    def __init__(self, files, summary, confidences, geometry, begin_s):
-        self._kept = (files, summary, confidences, geometry, begin_s)
+    def __init__(self, files, summary, confidences, deviations, geometry, begin_s):
+        self._kept = (files, summary, confidences, deviations, geometry, begin_s)
         context = _palpate.Context(None, False)
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "motion.nrrd")
@@ -378,7 +378,7 @@ class _Copied:
     def _at(self, step, time_s):
         """The motion that has a step, and what it calls the step and the time."""
         if self._kept[1]["is_whole"]:
-            return self._motions[0], step, None if time_s is None else time_s - self._kept[4]
+            return self._motions[0], step, None if time_s is None else time_s - self._kept[5]
         if time_s is not None:
             raise ValueError("only one motion for all frames has a field to any time: ask for a step")
         return self._motions[step], 0, 1.0  # the time of the second frame, see _motion_file()
@@ -404,11 +404,16 @@ class _Copied:
             raise ValueError("there is no confidence of such a step")
         return self._kept[2][step].copy()
 
+    def deviation(self, step):
+        if step >= len(self._kept[3]):
+            raise ValueError("there is no deviation of such a step")
+        return self._kept[3][step].copy()
+
     def summary(self):
         return dict(self._kept[1])
 
     def geometry(self):
-        return self._kept[3]
+        return self._kept[4]
 
     def size(self):
         return self._motions[0].size()
@@ -461,12 +466,13 @@ class Motion:
             else:
                 files = [_motion_file(self.step(k), self.spacing, self.origin, self.direction) for k in range(self.steps)]
             count = self._summary["frame_count"] if self.is_whole else self.steps
-            confidences = []
+            confidences, deviations = [], []
             try:
                 confidences = [found.confidence(k) for k in range(count)]
+                deviations = [found.deviation(k) for k in range(count)]
             except ValueError:
                 pass  # a motion that was read from a file has none
-            found = _Copied(files, self._summary, confidences, found.geometry(), self._begin_s)
+            found = _Copied(files, self._summary, confidences, deviations, found.geometry(), self._begin_s)
         return {**self.__dict__, "_found": found}
 
     @property
@@ -512,6 +518,15 @@ class Motion:
             return self._found.confidence(0)
         count = self._summary["frame_count"] if self.is_whole else self.steps
         return np.stack([self._found.confidence(k) for k in range(count)])
+
+    @property
+    def deviation(self):
+        """The standard deviation of the error of each vector, mm: along the image gradient, where the images show motion best, and across it, in
+        each of the two other directions. Shape (z, y, x, 2), float32; for a sequence (n, z, y, x, 2), as `confidence`."""
+        if self.steps == 1 and not self.is_whole:
+            return self._found.deviation(0)
+        count = self._summary["frame_count"] if self.is_whole else self.steps
+        return np.stack([self._found.deviation(k) for k in range(count)])
 
     @property
     def verdict(self):

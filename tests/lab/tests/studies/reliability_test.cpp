@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "compute/motion/quality.h"
+
 namespace palpate::studies {
 namespace {
 
@@ -67,6 +69,31 @@ TEST(ReliabilityOf, HoldsTheFieldAgainstTheTruthInsideTheMask) {
   EXPECT_EQ(all.bins()[8].voxels, double(grid.count() - 3));
   EXPECT_EQ(all.bins()[8].right, double(grid.count() - 3));
   EXPECT_EQ(reliability_of(found, confidence, truth, nullptr, 0.5).voxels(), double(grid.count()));
+}
+
+TEST(RadiiOf, HoldsTheErrorsAgainstTheRadiiInsideTheMask) {
+  Grid grid;
+  grid.size = {10, 4, 1};
+  const Field truth = still_field(grid);
+  Field found = truth;
+  Deviation deviation{grid, std::vector<glm::vec2>(grid.count(), {0.3F, 0.4F})};
+  Mask mask{grid, std::vector<uint8_t>(grid.count(), 1)};
+  const double radius = error_radius_mm(glm::dvec2(0.3F, 0.4F));
+  // Four of 36 voxels are off by twice the radius; four others by more, and do not count.
+  for (const size_t at : {3, 13, 23, 33}) found.u_mm[at] = {0.0F, float(2.0 * radius), 0.0F};
+  for (const size_t at : {0, 10, 20, 30}) {
+    found.u_mm[at] = {9.0F, 0.0F, 0.0F};
+    mask.values[at] = 0;
+  }
+  const Radii radii = radii_of(found, deviation, truth, mask, 2.0);
+  EXPECT_NEAR(radii.said, 0.5 * radius, 1e-5);
+  EXPECT_NEAR(radii.truth, radius, 1e-5);  // twice the radius, in voxels of 2 mm
+  EXPECT_NEAR(radii.inside, 32.0 / 36.0, kExact);
+  EXPECT_NEAR(radii.inside_own, 32.0 / 36.0, kExact);
+  // Where it is known that they are off they lie within their own radius.
+  for (const size_t at : {3, 13, 23, 33}) deviation.mm[at] *= 3.0F;
+  EXPECT_NEAR(radii_of(found, deviation, truth, mask, 2.0).inside_own, 1.0, kExact);
+  EXPECT_EQ(radii_table({{"made", radii}}, "").rows.size(), 1u);
 }
 
 TEST(ReliabilityChart, DrawsBinsThatHoldEnoughAndTheDiagonal) {
