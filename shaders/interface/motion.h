@@ -27,6 +27,7 @@ constexpr float kGentle = 0.8F;
 // kAcross, kErrorRadius and kErrorTail were fitted on 57 pairs of 9 anatomies with known motion.
 constexpr float kAlong = 1.55F;
 constexpr float kAcross = 1.84F;
+constexpr float kGuess = 1.0F;
 constexpr float kErrorRadius = 1.71F;
 constexpr float kErrorTail = 1.85F;
 constexpr float kRest = 0.03F;
@@ -52,6 +53,7 @@ const float kSteepest = 0.5;
 const float kGentle = 0.8;
 const float kAlong = 1.55;
 const float kAcross = 1.84;
+const float kGuess = 1.0;
 const float kErrorRadius = 1.71;
 const float kErrorTail = 1.85;
 const float kRest = 0.03;

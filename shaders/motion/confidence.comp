@@ -13,6 +13,8 @@
 //   g = max |u(next) - u| / distance over the six neighbours                                   (an edge of the field)
 //   base = h (rest + kRest)^0.4 (g + kSteep)^0.8 / max(w, kLeastCounted),  w <= 1 the share of the voxels that counted
 //   along = kAlong base (SD^2(largest l) + kCertain)^(1/4),  across = kAcross base (SD^2(smallest l) + kCertain)^(1/4)
+//   and both at least kGuess h sqrt(SD^2(largest l) / kUnknown): where nothing is seen in any direction the field is a
+//   guess, however smooth it is, and confidence at most a half
 //   radius = kErrorRadius sqrt(along^2 + 2 across^2)                                 (the error is smaller at 95 % of cells)
 //   confidence = 1 / (1 + (2 radius / h)^kErrorTail / 19)
 // The same distribution of the error gives both: P(|error| < t) = 1 / (1 + (radius / t)^kErrorTail / 19), 0.95 for t = radius.
@@ -91,7 +93,8 @@ void main() {
   }
   const float steep = sqrt(steepness2(cell, u)) + kSteep;
   const float base = pow((rest + kRest) * steep * steep, 0.4) / clamp(e2.z, kLeastCounted, 1.0);
-  const vec2 sd = vec2(kAlong, kAcross) * base * sqrt(sqrt(variances + kCertain));  // in voxels
+  const float guess = kGuess * sqrt(variances.x / kUnknown);
+  const vec2 sd = max(vec2(kAlong, kAcross) * base * sqrt(sqrt(variances + kCertain)), vec2(guess));  // in voxels
   const float radius = kErrorRadius * sqrt(sd.x * sd.x + 2.0 * sd.y * sd.y);
   const float confidence = counted ? 1.0 / (1.0 + pow(2.0 * radius, kErrorTail) / 19.0) : 0.0;
   imageStore(with_confidence, cell, vec4(u, confidence));

@@ -213,6 +213,7 @@ struct Judging {
 ///   base = h (rest + kRest)^0.4 (g + kSteep)^0.8 / clamp(counted, kLeastCounted, 1)
 ///   along = kAlong base (SD^2(largest l) + kCertain)^(1/4)
 ///   across = kAcross base (SD^2(smallest l) + kCertain)^(1/4)
+///   both at least kGuess h sqrt(SD^2(largest l) / kUnknown)
 ///   radius = kErrorRadius sqrt(along^2 + 2 across^2)
 ///   confidence = 1 / (1 + (2 radius / h)^kErrorTail / 19)
 /// Where less than a hundredth of the cell counted: confidence 0, rest 1, SD^2 kUnknown.

@@ -101,8 +101,11 @@ Vectors deviation(const Samples<NormalEquations>& equations, const Vectors& fiel
     const double base = with.h_mm * std::pow(rest + shaders::kRest, 0.4) *
                         std::pow(steep + shaders::kSteep, 0.8) /
                         std::clamp(e.counted, double(shaders::kLeastCounted), 1.0);
+    const double guess =
+        shaders::kGuess * with.h_mm * std::sqrt(variance(l[1]) / shaders::kUnknown);
     const auto sd = [&](double factor, double eigenvalue) {
-      return factor * base * std::pow(variance(eigenvalue) + shaders::kCertain, 0.25);
+      return std::max(guess,
+                      factor * base * std::pow(variance(eigenvalue) + shaders::kCertain, 0.25));
     };
     const double along = sd(shaders::kAlong, l[1]), across = sd(shaders::kAcross, l[0]);
     const double radius = shaders::kErrorRadius * std::sqrt(along * along + 2.0 * across * across);
