@@ -210,18 +210,25 @@ TEST_F(CLive, FeelsABeatingHeartAsItsFramesArrive) {
   info.device_name = "simulated";
   open_session(info);
   double most_n = 0.0;
-  for (size_t k = 1; k < 60; ++k) {
-    PAL_ASSERT_OK(pal_session_push_frame(opened_.session, nullptr, PAL_FLOAT32,
-                                         frames[k % frames.size()].values.data(), 0));
+  size_t pushed = 0;
+  const auto push = [&] {
+    ++pushed;
+    PAL_EXPECT_OK(pal_session_push_frame(opened_.session, nullptr, PAL_FLOAT32,
+                                         frames[pushed % frames.size()].values.data(), 0));
     for (int n = 0; n < 10; ++n) {
       std::this_thread::sleep_for(10ms);
       const PalState state = state_of(opened_.session);
       most_n = std::max(most_n, std::hypot(state.force_n[0], state.force_n[1], state.force_n[2]));
     }
-  }
-  EXPECT_TRUE(wait_for([&] { return felt() >= 3; })) << events();
+  };
+  while (pushed < 59) push();
+  // On a busy machine most frames are left out for newer ones: they come until enough are felt.
+  EXPECT_TRUE(wait_for([&] {
+    if (felt() < 3) push();
+    return felt() >= 3;
+  })) << events();
   const PalState state = state_of(opened_.session);
-  EXPECT_EQ(state.frames_received, 59U);
+  EXPECT_EQ(state.frames_received, pushed);
   EXPECT_GT(most_n, 0.3);
   EXPECT_LT(most_n, 6.0);
 }
