@@ -61,7 +61,9 @@ def ball(centre_ras, matrix):
     axes = np.array([[matrix.GetElement(row, column) for column in range(4)] for row in range(3)])
     r, a, s = np.moveaxis(index @ axes[:, :3].T + axes[:, 3] - middle - centre_ras, -1, 0)
     texture = 60 * np.sin(0.9 * r) * np.sin(0.7 * a) * np.sin(0.8 * s)
-    return ((1000 + texture) / (1 + np.exp(np.sqrt(r**2 + a**2 + s**2) - 7))).astype(np.float32)
+    # Noise of its own in each frame: far from the ball nothing else is seen, so nothing is known there.
+    noise = np.random.default_rng([int(10 * abs(x)) for x in centre_ras]).normal(0, 5, SHAPE)
+    return ((1000 + texture) / (1 + np.exp(np.sqrt(r**2 + a**2 + s**2) - 7)) + noise).astype(np.float32)
 
 
 def transformed(point_ras, grid, direction):
@@ -218,7 +220,7 @@ def test_a_sequence_becomes_transforms_and_confidence(slicer):
     assert still.set["AndObserveTransformNodeID"] == motion.items[0][0].GetID()
     assert np.array_equal(vtk_to_numpy(still.GetImageData().GetPointData().GetScalars()), ball(PATH[0], matrix).reshape(-1))
     confidence = vtk_to_numpy(nodes["heart confidence"].GetImageData().GetPointData().GetScalars())
-    assert 0.0 <= confidence.min() < 0.9 < confidence.max() <= 1.0
+    assert 0.0 <= confidence.min() < 0.5 < confidence.max() <= 1.0
 
 
 def test_what_can_not_be_is_said_and_adds_nothing(slicer):
