@@ -119,9 +119,7 @@ void Delivery::tell(const Delivered& pair) {
   }
   if (evidence.inverse)
     line += fmt::format(", inverse consistency {:.3f} voxel", evidence.inverse->own_voxels.mean);
-  if (evidence.within_95_mm)
-    line += fmt::format(", expected error below {:.2g} mm at 95 % of the structure",
-                        *evidence.within_95_mm);
+  line += within_text(evidence);
   if (options_.judge) line += fmt::format(": {}", word(judged(evidence).trust));
   console_.say(line);
 }

@@ -112,6 +112,12 @@ json json_of(const SequenceEvidence& evidence) {
   return result;
 }
 
+std::string within_text(const Evidence& evidence) {
+  if (!evidence.within_95_mm) return {};
+  return fmt::format(", expected error below {:.2g} mm at 95 % of the structure",
+                     *evidence.within_95_mm);
+}
+
 std::string frame_text(const SequenceEvidence& evidence, size_t k) {
   const FrameEvidence& frame = evidence.frames[k];
   std::string line = fmt::format("Frame {}   ", k);
@@ -127,9 +133,9 @@ std::string frame_text(const SequenceEvidence& evidence, size_t k) {
   line += fmt::format(", acceleration {:.2f} mm/frame^2", frame.acceleration_mm);
   if (k == evidence.reference || !frame.evidence.match) return line;
   const Match& match = *frame.evidence.match;
-  return line + fmt::format(", local correlation {:.3f} -> {:.3f}, {:.3f} voxel of motion left: {}",
-                            match.correlation_before, match.correlation_after,
-                            match.motion_left_voxels, word(judged(frame.evidence).trust));
+  line += fmt::format(", local correlation {:.3f} -> {:.3f}, {:.3f} voxel of motion left",
+                      match.correlation_before, match.correlation_after, match.motion_left_voxels);
+  return line + within_text(frame.evidence) + ": " + word(judged(frame.evidence).trust);
 }
 
 std::string time_text(const TimeBasis& basis) {

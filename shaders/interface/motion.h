@@ -36,7 +36,7 @@ constexpr float kSteep = 0.1F;
 constexpr float kCertain = 0.01F;
 constexpr float kUnknown = 10.0F;
 constexpr float kCounts = 0.01F;
-constexpr float kLeastCounted = 0.05F;
+constexpr float kLeastShare = 0.05F;
 // White noise of two frames that share nothing gives gradients of r^2 / 8 per voxel and axis; a
 // quarter more removes chance variations, too.
 constexpr float kNoiseOfGradient = 0.15625F;
@@ -62,7 +62,7 @@ const float kSteep = 0.1;
 const float kCertain = 0.01;
 const float kUnknown = 10.0;
 const float kCounts = 0.01;
-const float kLeastCounted = 0.05;
+const float kLeastShare = 0.05;
 const float kNoiseOfGradient = 0.15625;
 const float kLeastResidual = 1e-6;
 const int kSlidingSteps = 4;

@@ -11,7 +11,7 @@
 //                                      as all others together, since nothing moves across a single slice)
 //   rest = min(|(A + (kRestDamping / h)^2 I)^-1 b| / h, 1)           (the step that the narrow window still asks for)
 //   g = max |u(next) - u| / distance over the six neighbours                                   (an edge of the field)
-//   base = h (rest + kRest)^0.4 (g + kSteep)^0.8 / max(w, kLeastCounted),  w <= 1 the share of the voxels that counted
+//   base = h (rest + kRest)^0.4 (g + kSteep)^0.8 / max(w, kLeastShare),  w <= 1 the share of the voxels that counted
 //   along = kAlong base (SD^2(largest l) + kCertain)^(1/4),  across = kAcross base (SD^2(smallest l) + kCertain)^(1/4)
 //   and both at least kGuess h sqrt(SD^2(largest l) / kUnknown): where nothing is seen in any direction the field is a
 //   guess, however smooth it is, and confidence at most a half
@@ -92,7 +92,7 @@ void main() {
     if (step < 1.0) rest = step;
   }
   const float steep = sqrt(steepness2(cell, u)) + kSteep;
-  const float base = pow((rest + kRest) * steep * steep, 0.4) / clamp(e2.z, kLeastCounted, 1.0);
+  const float base = pow((rest + kRest) * steep * steep, 0.4) / clamp(e2.z, kLeastShare, 1.0);
   const float guess = kGuess * sqrt(variances.x / kUnknown);
   const vec2 sd = max(vec2(kAlong, kAcross) * base * sqrt(sqrt(variances + kCertain)), vec2(guess));  // in voxels
   const float radius = kErrorRadius * sqrt(sd.x * sd.x + 2.0 * sd.y * sd.y);

@@ -210,7 +210,7 @@ struct Judging {
 ///             noise of r^2 alone would give; an axis of one cell is as certain as all others
 ///   rest = min(|(A + (kRestDamping / h)^2)^-1 b| / h, 1)
 ///   g = the largest difference to one of the six neighbours per mm
-///   base = h (rest + kRest)^0.4 (g + kSteep)^0.8 / clamp(counted, kLeastCounted, 1)
+///   base = h (rest + kRest)^0.4 (g + kSteep)^0.8 / clamp(counted, kLeastShare, 1)
 ///   along = kAlong base (SD^2(largest l) + kCertain)^(1/4)
 ///   across = kAcross base (SD^2(smallest l) + kCertain)^(1/4)
 ///   both at least kGuess h sqrt(SD^2(largest l) / kUnknown)

@@ -100,7 +100,7 @@ Vectors deviation(const Samples<NormalEquations>& equations, const Vectors& fiel
     const double rest = counted && step < 1.0 ? step : 1.0;
     const double base = with.h_mm * std::pow(rest + shaders::kRest, 0.4) *
                         std::pow(steep + shaders::kSteep, 0.8) /
-                        std::clamp(e.counted, double(shaders::kLeastCounted), 1.0);
+                        std::clamp(e.counted, double(shaders::kLeastShare), 1.0);
     const double guess =
         shaders::kGuess * with.h_mm * std::sqrt(variance(l[1]) / shaders::kUnknown);
     const auto sd = [&](double factor, double eigenvalue) {
