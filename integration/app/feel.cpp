@@ -88,6 +88,11 @@ void add_camera(CLI::App& app, FeelCommand& command) {
          "Behind the volume; none: a picture in a file is transparent there")
       ->check(one_of({"dark", "light", "none"}))
       ->type_name("WORD");
+  app.add_option("--shadows", command.view.shadows,
+                 "Share of the light that tissue in between takes from what lies behind or deep "
+                 "inside; 0: no shadows, less work")
+      ->check(number_in({0.0, 1.0}))
+      ->capture_default_str();
   app.add_option("--azimuth", command.view.from.azimuth_deg,
                  "From where the scene is seen, degrees: 0 the front, 90 the patient's left, 180 "
                  "the back")

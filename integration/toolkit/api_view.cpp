@@ -28,8 +28,8 @@ PalResult open_view(PalSession* session, const PalViewInfo* given, PalView** vie
   if (const PalResult read = taken(given, offsetof(PalViewInfo, look), "PalViewInfo", info);
       read != PAL_OK)
     return read;
-  constexpr uint32_t kFlags =
-      PAL_VIEW_NO_HAND | PAL_VIEW_NO_BOX | PAL_VIEW_CUT_OPEN | PAL_VIEW_NO_BACKGROUND;
+  constexpr uint32_t kFlags = PAL_VIEW_NO_HAND | PAL_VIEW_NO_BOX | PAL_VIEW_CUT_OPEN |
+                              PAL_VIEW_NO_BACKGROUND | PAL_VIEW_NO_SHADOWS;
   if (const Status flags = check_flags("PalViewInfo", info.flags, kFlags); !flags)
     return failed(flags.error());
   if (!use->context()->device)
@@ -45,6 +45,7 @@ PalResult open_view(PalSession* session, const PalViewInfo* given, PalView** vie
   choices.hand = !(info.flags & PAL_VIEW_NO_HAND);
   choices.box = !(info.flags & PAL_VIEW_NO_BOX);
   choices.cut_open = (info.flags & PAL_VIEW_CUT_OPEN) != 0;
+  if (info.flags & PAL_VIEW_NO_SHADOWS) choices.shadows = 0.0;
   if (info.flags & PAL_VIEW_NO_BACKGROUND) choices.background = PictureBackground::kNone;
   const PictureSize most{int(info.width), int(info.height)};
   auto viewer = Viewer::open(use->context()->device, choices,

@@ -873,7 +873,9 @@ enum {
   PAL_VIEW_CUT_OPEN = 1u << 2,
   /* Nothing is behind the scene: pal_view_read() gives colours multiplied by their opacity (in
      linear light, then encoded as sRGB), to be blended over a picture of the host's. */
-  PAL_VIEW_NO_BACKGROUND = 1u << 3
+  PAL_VIEW_NO_BACKGROUND = 1u << 3,
+  /* No ambient occlusion and no soft shadows of the volumes: less work. */
+  PAL_VIEW_NO_SHADOWS = 1u << 4
 };
 
 typedef struct PalViewInfo {

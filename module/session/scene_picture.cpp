@@ -494,6 +494,7 @@ ViewScene ScenePicture::at(const SceneSnapshot& snapshot, int64_t display_ns, co
   } else if (choices_.background == PictureBackground::kNone) {
     scene.background_top = scene.background_bottom = glm::dvec3(0.0);
   }
+  scene.shadows = choices_.shadows;
   glm::dvec3 centre;
   double radius_m = 0.0;
   bounds(snapshot, centre, radius_m);

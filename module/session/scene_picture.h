@@ -49,6 +49,7 @@ struct ViewChoices {
   bool fingertip = false;
   double full_force_n = 4.0;
   PictureBackground background = PictureBackground::kDark;
+  double shadows = 1.0;  ///< see ViewScene::shadows
   SeenFrom from;
   /// How two eyes are put together; not set: one eye in a window, both side by side in files for
   /// two eyes. Not for headsets.

@@ -7,6 +7,9 @@
 #include "spirv/view/carry.h"
 #include "spirv/view/curve.h"
 #include "spirv/view/distance.h"
+#include "spirv/view/light.h"
+#include "spirv/view/light_density.h"
+#include "spirv/view/light_halve.h"
 #include "spirv/view/list.h"
 #include "spirv/view/mark.h"
 #include "spirv/view/motion_at.h"
@@ -77,11 +80,20 @@ const vulkan::Kernel& Kernels::distance(int axis) {
 const vulkan::Kernel& Kernels::things() {
   return get(k_view_things, sizeof(ThingsPush));
 }
+const vulkan::Kernel& Kernels::light_density(bool texels) {
+  return get(k_view_light_density, sizeof(LightDensityPush), {texels ? 1U : 0U});
+}
+const vulkan::Kernel& Kernels::light_halve() {
+  return get(k_view_light_halve, sizeof(LightHalvePush));
+}
+const vulkan::Kernel& Kernels::light() {
+  return get(k_view_light, 0);
+}
 const vulkan::Kernel& Kernels::raycast(int volumes, bool things, bool skip, bool count, bool masked,
-                                       bool texels, uint32_t backdrop) {
+                                       bool texels, uint32_t backdrop, bool lit) {
   return get(k_view_raycast, 0,
              {uint32_t(volumes), things ? 1U : 0U, skip ? 1U : 0U, count ? 1U : 0U,
-              masked ? 1U : 0U, texels ? 1U : 0U, backdrop});
+              masked ? 1U : 0U, texels ? 1U : 0U, backdrop, lit ? 1U : 0U});
 }
 
 }  // namespace palpate::view

@@ -31,11 +31,15 @@ class Kernels {
   const vulkan::Kernel& carry();
   const vulkan::Kernel& distance(int axis);
   const vulkan::Kernel& things();
+  /// texels: skip words are read as texels.
+  const vulkan::Kernel& light_density(bool texels);
+  const vulkan::Kernel& light_halve();
+  const vulkan::Kernel& light();
   /// volumes: 1 to kMostVolumes. skip: off marches everywhere; count: samples are counted. Both for
   /// measurements. masked: not all pixels are visible. texels: skip words are read as texels.
-  /// backdrop: see view::backdrop_bits(); 0: none.
+  /// backdrop: see view::backdrop_bits(); 0: none. lit: the light grid is read.
   const vulkan::Kernel& raycast(int volumes, bool things, bool skip, bool count, bool masked,
-                                bool texels, uint32_t backdrop);
+                                bool texels, uint32_t backdrop, bool lit);
 
   const vulkan::Sampler& linear() const { return linear_; }
   const vulkan::Sampler& nearest() const { return nearest_; }

@@ -33,8 +33,10 @@ ViewRays stored(const Rays& rays) {
 
 }  // namespace
 
-ViewRays rays_of(const Eye& eye, PictureSize size) {
-  return stored(world_rays(eye, size));
+ViewRays rays_of(const Eye& eye, PictureSize size, glm::dvec3 origin_m, double unit_m) {
+  const Rays world = world_rays(eye, size);
+  return stored({(world.origin - origin_m) / unit_m, world.first / unit_m, world.right / unit_m,
+                 world.down / unit_m});
 }
 
 ViewParameters parameters_of(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,

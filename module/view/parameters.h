@@ -9,8 +9,9 @@
 
 namespace palpate::view {
 
-/// The rays of an eye in the world, see ViewRays.
-view_shaders::ViewRays rays_of(const Eye& eye, PictureSize size);
+/// The rays of an eye in the world, see ViewRays, or in units of unit_m from origin_m on.
+view_shaders::ViewRays rays_of(const Eye& eye, PictureSize size,
+                               glm::dvec3 origin_m = glm::dvec3(0.0), double unit_m = 1.0);
 
 /// What the ray caster needs besides volumes: rays, clips, background.
 view_shaders::ViewParameters parameters_of(const ViewScene& scene, std::span<const Eye> eyes,

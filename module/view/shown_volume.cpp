@@ -94,7 +94,7 @@ void ShownVolume::set_resident(std::shared_ptr<const ResidentVolume> resident) {
   shown_ = {};
 }
 
-void ShownVolume::record(vulkan::Recorder& recorder, const ShownFrames& frames, bool look_changed,
+bool ShownVolume::record(vulkan::Recorder& recorder, const ShownFrames& frames, bool look_changed,
                          double thin_per_mm, bool long_steps, const LookTables& tables,
                          const vulkan::Buffer& skip) {
   if (fresh_) {
@@ -104,12 +104,13 @@ void ShownVolume::record(vulkan::Recorder& recorder, const ShownFrames& frames, 
     recorder.clear(nodes_);
   }
   fresh_ = false;
-  if (frames == shown_ && !look_changed) return;
+  if (frames == shown_ && !look_changed) return false;
   if (frames.whole) record_motion(recorder, frames);
   record_list(recorder, frames, thin_per_mm < 0.0, long_steps, tables, skip);
   if (frames.moves) record_nodes(recorder, frames);
   record_bricks(recorder, frames, thin_per_mm, tables, skip);
   shown_ = frames;
+  return true;
 }
 
 void ShownVolume::record_list(vulkan::Recorder& recorder, const ShownFrames& frames,

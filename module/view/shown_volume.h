@@ -44,9 +44,10 @@ class ShownVolume {
   static int skip_words(const ResidentVolume& resident);
 
   /// Records the passes that changed frames or a changed look need; nothing if neither has changed.
+  /// Returns whether anything was recorded.
   /// thin_per_mm: bricks with no more extinction than this may be sampled in longer steps; below 0:
   /// every brick is computed, since none will be skipped. long_steps: of more than half a brick.
-  void record(vulkan::Recorder& recorder, const ShownFrames& frames, bool look_changed,
+  bool record(vulkan::Recorder& recorder, const ShownFrames& frames, bool look_changed,
               double thin_per_mm, bool long_steps, const LookTables& tables,
               const vulkan::Buffer& skip);
 

@@ -45,6 +45,9 @@ struct ViewScene {
   glm::dvec3 background_top{0.105, 0.125, 0.16};    ///< sRGB
   glm::dvec3 background_bottom{0.03, 0.035, 0.05};  ///< sRGB
   glm::dvec3 light{-0.35, 0.65, 0.67};              ///< towards the light, in the first eye's axes
+  /// Share of the light that tissue in between can take from a place, 0 (none) to 1: ambient
+  /// occlusion and soft shadows. Things neither cast shadows nor lie in them.
+  double shadows = 0.0;
 };
 
 }  // namespace palpate

@@ -5,6 +5,7 @@
 
 #include "compute/vulkan/tried.h"
 #include "module/view/kernels.h"
+#include "module/view/light_grid.h"
 #include "module/view/parameters.h"
 #include "module/view/shown_volume.h"
 #include "module/view/thing_list.h"
@@ -72,6 +73,7 @@ VolumeRenderer::VolumeRenderer(std::shared_ptr<vulkan::Context> context,
       options_(options),
       kernels_(std::make_unique<view::Kernels>(context_)),
       things_(std::make_unique<view::ThingList>(context_)),
+      light_(std::make_unique<view::LightGrid>(context_, *kernels_)),
       looks_(kMostVolumes) {
   const uint64_t pixels =
       uint64_t(options_.most.width) * uint64_t(options_.most.height) * uint64_t(options_.most_eyes);
@@ -90,7 +92,7 @@ VolumeRenderer::VolumeRenderer(std::shared_ptr<vulkan::Context> context,
   colour_ = Buffer(context_, 4 * pixels);
   depth_ = Buffer(context_, 4 * pixels);
   samples_ = Buffer(context_, options_.count_samples ? 8 * pixels : 8);
-  recorder_ = std::make_unique<vulkan::Recorder>(context_, 64);
+  recorder_ = std::make_unique<vulkan::Recorder>(context_, 96);
 }
 
 VolumeRenderer::~VolumeRenderer() {
@@ -238,6 +240,8 @@ Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, 
     return refused("what is said to be seen of it is about another picture");
   if (scene.volumes.empty() || scene.volumes.size() > kMostGiven)
     return refused("it has no volumes, or more than " + std::to_string(kMostGiven));
+  if (!(scene.shadows >= 0.0 && scene.shadows <= 1.0))
+    return refused("shadows must be from 0 to 1");
   if (scene.clips.size() > size_t(kMostPlanes))
     return refused("it has more than " + std::to_string(kMostPlanes) + " clip planes");
   for (const ViewVolume& volume : scene.volumes) {
@@ -316,16 +320,25 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
   ViewParameters& parameters = parameters_.as<ViewParameters>()[0];
   parameters = view::parameters_of(scene, eyes, size, options_.near_m);
   std::vector<const view::ShownVolume*> drawn;
+  bool changed = false;
   for (size_t v = 0; v < volumes.size(); ++v) {
     view::ShownVolume* shown = shown_of(volumes[v]);
-    shown->record(recorder, view::shown_frames_of(volumes[v], shown->resident()), look_changed[v],
-                  thin_per_mm(shown->resident()), options_.samples_per_voxel < kShortSteps,
-                  *tables_, skip_);
+    changed = shown->record(recorder, view::shown_frames_of(volumes[v], shown->resident()),
+                            look_changed[v], thin_per_mm(shown->resident()),
+                            options_.samples_per_voxel < kShortSteps, *tables_, skip_) ||
+              changed;
     parameters.volumes[v] = view::volume_parameters_of(
         scene, volumes[v], eyes, size, *shown->resident().frames, options_.samples_per_voxel);
     parameters.volumes[v].bricks = glm::ivec4(shown->bricks(), shown->first_skip_word());
     parameters.volumes[v].table.z = float(kTable * shown->slot());
     drawn.push_back(shown);
+  }
+  const bool lit = scene.shadows > 0.0;
+  light_is_old_ = light_is_old_ || changed;
+  if (lit) {
+    light_->record(recorder, volumes, drawn, light_is_old_, scene, eyes, size,
+                   {parameters_, colour_texels_, skip_texels_, skip_}, parameters);
+    light_is_old_ = false;
   }
   upload_visible();
   recorder.stamp("volumes");
@@ -347,10 +360,11 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
     view::record_from(*images, eyes_, size, recorder, backdrop_);
   }
   bindings.emplace_back(images ? backdrop_ : samples_);
+  bindings.emplace_back(lit ? light_->light() : drawn[0]->surface(), kernels_->linear());
   recorder.dispatch(
       kernels_->raycast(int(drawn.size()), things, options_.skip_empty, options_.count_samples,
                         visible_ != nullptr, skip_texels_.whole(),
-                        images ? view::backdrop_bits(*images) : 0U),
+                        images ? view::backdrop_bits(*images) : 0U, lit),
       bindings, nullptr, {(size.width + 7) / 8, (size.height + 7) / 8, eyes_});
   recorder.stamp("rays");
   if (images) view::record_into(*images, eyes_, size, recorder, colour_, depth_);

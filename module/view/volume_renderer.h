@@ -17,6 +17,7 @@ namespace palpate {
 
 namespace view {
 class Kernels;
+class LightGrid;
 class ShownVolume;
 class ThingList;
 struct LookTables;
@@ -111,6 +112,8 @@ class VolumeRenderer {
   RendererOptions options_;
   std::unique_ptr<view::Kernels> kernels_;
   std::unique_ptr<view::ThingList> things_;
+  std::unique_ptr<view::LightGrid> light_;
+  bool light_is_old_ = true;  ///< phases or looks have changed since it was made
   std::vector<std::shared_ptr<const view::ResidentVolume>> residents_;
   /// A segment as a volume of its own: its signed distance, moved as the volume's values are.
   struct SegmentVolume {

@@ -35,6 +35,7 @@ PALPATE_CONSTANT int kMostLevels = 12;   // levels of the table of maxima over 2
 PALPATE_CONSTANT int kPrefilterRun = 8;  // voxels along x that an invocation computes
 PALPATE_CONSTANT int kStride = 4;        // steps per segment where a volume is thin
 PALPATE_CONSTANT int kMostTerms = 41;    // of a motion for a whole sequence: TimeWeights::kMost
+PALPATE_CONSTANT int kLightLevels = 5;   // of the light grid, each with half the cells of the last
 // Distances, in the first skip word of a brick: bricks to the nearest one that is occupied (bits 0
 // to 7), not solid (8 to 15), not thin (16 to 23); 0 if the brick itself is so. While the word is
 // being made it holds the flags below.
@@ -70,18 +71,21 @@ struct ViewVolumeParameters {
 };
 
 struct ViewParameters {
-  ViewRays rays[2];     // in the world, m
-  vec4 planes[8];       // a point is kept where dot(xyz, point) >= w; world, m
-  vec4 background;      // linear colour; w: nearest depth t, m
-  vec4 background_low;  // at the bottom of the picture
-  vec4 light;           // towards the light, world
-  ivec4 counts;         // eyes, planes, width, height
-  vec4 backdrop;        // of a host's picture: 1 / t = x + y d, 1/m, for its depth d
+  ViewRays rays[2];        // in the world, m
+  vec4 planes[8];          // a point is kept where dot(xyz, point) >= w; world, m
+  vec4 background;         // linear colour; w: nearest depth t, m
+  vec4 background_low;     // at the bottom of the picture
+  vec4 light;              // towards the light, world
+  ivec4 counts;            // eyes, planes, width, height
+  vec4 backdrop;           // of a host's picture: 1 / t = x + y d, 1/m, for its depth d
+  ViewRays light_rays[2];  // in cells of the light grid, see light.comp
+  vec4 light_corner;       // centre of its first cell, world, m; w: edge of a cell, m
+  vec4 light_cells;        // along each axis; w: share of the light that can be taken
   ViewVolumeParameters volumes[8];
 };
 PALPATE_SIZE(ViewRays, 64);
 PALPATE_SIZE(ViewVolumeParameters, 256);
-PALPATE_SIZE(ViewParameters, 2384);
+PALPATE_SIZE(ViewParameters, 2544);
 
 // A round cone: the union of all spheres between two, with centre and radius blended.
 struct ViewThing {
@@ -163,6 +167,18 @@ struct BricksPush {
   ivec4 bricks;  // w: first word of the skip structure
 };
 PALPATE_SIZE(BricksPush, 16);
+
+struct LightDensityPush {
+  ivec4 cells;              // of the light grid; w: 1 = add to what is there
+  vec4 voxel_from_cell[3];  // rows: voxel = row . (cell, 1)
+  vec4 volume;              // x: its number in the parameters; y: edge of a cell in the volume, mm
+};
+PALPATE_SIZE(LightDensityPush, 80);
+
+struct LightHalvePush {
+  ivec4 cells;  // of the coarser level
+};
+PALPATE_SIZE(LightHalvePush, 16);
 
 #ifdef __cplusplus
 #undef PALPATE_SIZE

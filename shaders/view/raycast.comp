@@ -8,7 +8,7 @@
 // classification, Engel et al. 2001, without the absorption inside the segment):
 //   sigma = (S(v1) - S(v0)) / (v1 - v0),  S the integral of the extinction over the values.
 // So thin structures and steep transfer functions are not missed between samples, and surfaces do not show the pattern
-// of samples. Samples lie at depths t = (k + jitter) dt that do not depend on skipping, so skipping changes no segment
+// of samples. Tissue in between takes light away, as light.comp says. Samples lie at depths t = (k + jitter) dt that do not depend on skipping, so skipping changes no segment
 // that shows anything, and both eyes have the same jitter at the same pixel. The first and the last segment are cut at
 // the ends of the ray.
 //
@@ -30,6 +30,8 @@
 //                                                               device has too few texels for it
 // 18       in         uint              2 eyes x h x w          a host's picture: colours, encoded, RGBA8, then
 //                                                               depths (if kBackdrop); rays end there
+// 19       in         rg                cells (z, y, x)         how much light reaches a place, see light.comp
+//                                                               (if kLit)
 //
 // kVolumes of the images are used. One invocation: one pixel of one eye. Border: a volume ends half a voxel beyond its
 // outermost samples, values clamped to the edge. Precision: fp32. Race: each output written once. Tested against closed
@@ -57,6 +59,7 @@ layout(set = 0, binding = 15) uniform sampler3D volume7;
 layout(set = 0, binding = 16) readonly buffer Visible { uvec2 visible[]; };
 layout(set = 0, binding = 17) readonly buffer SkipBuffer { uint skip_buffer[]; };
 layout(set = 0, binding = 18) readonly buffer Backdrop { uint backdrop[]; };
+layout(set = 0, binding = 19) uniform sampler3D light_grid;
 layout(constant_id = 0) const int kVolumes = 1;
 layout(constant_id = 1) const int kThings = 1;
 layout(constant_id = 2) const int kSkip = 1;
@@ -66,11 +69,12 @@ layout(constant_id = 5) const int kTexels = 1;
 // Bits. 1: there is one; 2: red and blue are swapped in it, and in the output; 4: its depths are 24-bit integers, not
 // floats; 8: it has depths.
 layout(constant_id = 6) const int kBackdrop = 0;
+layout(constant_id = 7) const int kLit = 0;  // the light grid is read
 
-vec4 table(uint i) { return texelFetch(tables, int(i)); }
-uint skip(uint i) { return kTexels != 0 ? texelFetch(skips, int(i)).x : skip_buffer[i]; }
+#include "include/classified.glsl"
 
 const float kStop = 1.0 / 256.0;
+const float kAlbedo = 0.4;  // share of its colour that tissue sends on
 const float kNeeded = 0.01;
 const float kFar = 1e30;
 
@@ -83,6 +87,10 @@ float leaves[kVolumes];
 float mm_per_t[kVolumes];
 vec3 towards_eye[kVolumes];
 vec3 halfway[kVolumes];
+// The ray in cells of the light grid, and the depth that one cell takes.
+vec3 light_start;
+vec3 light_way;
+float light_apart;
 
 vec4 texel(int v, vec3 at) {
   if (v == 0) return textureLod(volume0, at, 0.0);
@@ -150,32 +158,16 @@ void set_out(int v, int eye, vec2 pixel) {
 
 // A sample: its slope, and its value as an entry of the table.
 vec4 sampled(int v, float t) {
-  const vec3 voxel = start[v] + t * way[v], size = view.volumes[v].size.xyz;
-  const vec4 read = texel(v, (voxel + 0.5) / size);
-  // Values of a carried volume are read with their slopes, see curve.comp.
-  const vec3 place = view.volumes[v].stretch.w * (clamp(voxel, vec3(0.0), size - 1.0) - 0.5 * (size - 1.0));
-  const float value = read.w + dot(read.xyz, place * view.volumes[v].spacing_mm.xyz);
-  const vec4 scale = view.volumes[v].table;
-  return vec4(read.xyz, clamp(scale.x * value + scale.y, 0.5, float(kTable) - 0.5));
+  const vec3 voxel = start[v] + t * way[v];
+  return classified(v, texel(v, (voxel + 0.5) / view.volumes[v].size.xyz), voxel);
 }
 
-// The integrals of extinction times colour, and of extinction, up to an entry.
-vec4 integral(int v, float entry) {
-  const uint first = uint(view.volumes[v].table.z) * 2u + uint(kTable);
-  return mix(table(first + uint(entry - 0.5)), table(first + min(uint(entry + 0.5), uint(kTable - 1))), fract(entry - 0.5));
-}
-
-// Lit colour times extinction, and extinction, of one volume between two samples.
-vec4 lit(int v, vec4 one, vec4 other) {
-  const float between = other.w - one.w;
-  const uint middle = uint(0.5 * (one.w + other.w));
-  const vec4 here = table(uint(view.volumes[v].table.z) * 2u + middle);
-  const vec4 mean = (integral(v, other.w) - integral(v, one.w)) / between;
-  const bool flat_enough = abs(between) < 1.0;
-  const vec4 glow = flat_enough ? vec4(here.rgb * here.w, here.w) : max(mean, vec4(0.0));
+// Lit colour times extinction, and extinction, of one volume between two samples. reached: see light_at().
+vec4 lit(int v, vec4 one, vec4 other, vec2 reached) {
+  const vec4 glow = mean_between(v, one.w, other.w);
   const vec3 slope = (one.xyz + other.xyz) * view.volumes[v].stretch.xyz;
   const float square = dot(slope, slope);
-  const float surface = min(0.25 * square * view.volumes[v].table.w, 1.0);
+  const float surface = surface_of(v, 0.25 * square);
   const vec3 normal = slope * inversesqrt(max(square, 1e-20));
   const float side = dot(normal, towards_eye[v]) > 0.0 ? 1.0 : -1.0;
   const float diffuse = max(0.3 + 0.7 * side * dot(normal, view.volumes[v].light.xyz), 0.0);
@@ -186,10 +178,27 @@ vec4 lit(int v, vec4 one, vec4 other) {
   shine *= shine;
   shine *= shine;
   const vec4 how = view.volumes[v].shine;
-  const float light = mix(1.0, how.x + how.y * diffuse, surface);
-  // Exactly 1 where the opacity depends on the value alone.
-  const float kept = 1.0 - (1.0 - how.w) * (1.0 - surface);
-  return kept * vec4(glow.rgb * light + glow.w * how.z * shine * surface, glow.w);
+  // The light with, and without what tissue in between keeps away.
+  const float direct = how.y * diffuse;
+  const float left = mix(0.5 * (reached.x + reached.y), how.x * reached.x + direct * reached.y, surface);
+  const float all = mix(1.0, how.x + direct, surface);
+  vec3 light = vec3(left);
+  if (kLit != 0) {
+    // That tissue sends a part on, in its own colour, and keeps a part of that away, and so on; two times are enough to
+    // see: v + v a (1 - v) + v (a (1 - v))^2. So shadows in red tissue are red.
+    const vec3 again = (1.0 - left / max(all, 1e-6)) * kAlbedo / max(glow.w, 1e-20) * glow.rgb;
+    light *= 1.0 + again * (1.0 + again);
+  }
+  const float gloss = how.z * shine * surface * reached.x * reached.y;
+  return kept_of(v, surface) * vec4(glow.rgb * light + glow.w * gloss, glow.w);
+}
+
+// How much of the light of all directions, and of the direct light, reaches the ray at t. It is read where the ray is
+// one cell closer to the eye: in front of a surface, not half inside.
+vec2 light_at(float t) {
+  const vec3 cell = light_start + (t - light_apart) * light_way;
+  const vec2 read = textureLod(light_grid, (cell + 0.5) / view.light_cells.xyz, 0.0).xy;
+  return 1.0 - view.light_cells.w * (1.0 - read);
 }
 
 vec3 encoded(vec3 c) {
@@ -226,6 +235,10 @@ void set_out_in_all(ivec2 pixel, int eye, float first, float last, out float dt,
   dt = kFar;
   begin = kFar;
   finish = -kFar;
+  const ViewRays light = view.light_rays[eye];
+  light_start = light.origin.xyz;
+  light_way = light.first.xyz + float(pixel.x) * light.right.xyz + float(pixel.y) * light.down.xyz;
+  light_apart = kLit != 0 ? inversesqrt(dot(light_way, light_way)) : 0.0;
   for (int v = 0; v < kVolumes; ++v) {
     set_out(v, eye, vec2(pixel));
     enters[v] = max(enters[v], first);
@@ -306,12 +319,12 @@ bool find_shown(float to, float dt, float jitter, inout float t, inout float k, 
 
 // Extinction, and colour times extinction, per t of all volumes between two depths. before: in, the samples at the
 // lower depth; out, those at the upper one.
-float segment(float lower, float upper, inout vec4 before[kVolumes], out vec3 glow) {
+float segment(float lower, float upper, vec2 reached, inout vec4 before[kVolumes], out vec3 glow) {
   float sigma = 0.0;
   glow = vec3(0.0);
   for (int v = 0; v < kVolumes; ++v) {
     const vec4 after = sampled(v, upper);
-    vec4 found = lit(v, before[v], after);
+    vec4 found = lit(v, before[v], after, reached);
     // With several volumes: the part of the segment that lies inside this one.
     float share = 1.0;
     if (kVolumes > 1)
@@ -364,8 +377,9 @@ void march(float from, float to, float dt, float jitter, inout Light light) {
       const bool strides = all_thin && (k + float(kStride) + jitter) * dt < end;
       k += strides ? float(kStride) : 1.0;
       const float upper = min((k + jitter) * dt, to);
+      const vec2 reached = kLit != 0 ? light_at(lower) : vec2(1.0);
       vec3 glow;
-      const float sigma = segment(lower, upper, before, glow);
+      const float sigma = segment(lower, upper, reached, before, glow);
       pass(lower, upper, sigma, glow, light);
       lower = upper;
       t = upper;

@@ -230,6 +230,7 @@ TEST(CommandLine, EveryNumberHasARangeAndTheSentenceSaysIt) {
       {feel, "--azimuth", {"-361", "nan", "left"}, "from -360 to 360"},
       {feel, "--elevation", {"-90", "90", "nan"}, "from -85 to 85"},
       {feel, "--zoom", {"0", "-1", "nan", "21"}, "from 0.1 to 20"},
+      {feel, "--shadows", {"-0.1", "1.1", "nan"}, "from 0 to 1"},
       {view, "--turn", {"nan", "inf", "1e9"}, "from -3600 to 3600"},
       {feel, "--core", {"9999", "-1", "one"}, "cores for palpate: give one of 0"},
       {motion, "--iterations", {"0", "-1", "1.5"}, "from 1 to 10000"},

@@ -179,6 +179,31 @@ TEST(EyeBefore, LooksFromWhereItIsAsked) {
   EXPECT_NEAR(near.tan_right, 0.5 * far.tan_right, 1e-12);
 }
 
+TEST(View, ShadowsDarkenWhatLiesDeepAndChangeNoShape) {
+  NEEDS_DEVICE();
+  const TemporaryFolder folder;
+  const std::string heart = written(small_heart(2), folder / "heart.seq.nrrd");
+  const auto drawn = [&](const std::string& shadows) {
+    return picture_of({heart, "--no-box", "--background", "none", "--shadows", shadows}, folder,
+                      "shadows_" + shadows + ".png");
+  };
+  const ReadPicture none = drawn("0"), half = drawn("0.5"), all = drawn("1");
+  ASSERT_EQ(none.width, 192);
+  int darker = 0, covered = 0;
+  for (int y = 0; y < none.height; ++y)
+    for (int x = 0; x < none.width; ++x) {
+      const size_t p = size_t(y) * size_t(none.width) + size_t(x);
+      // Opacity has nothing to do with light.
+      ASSERT_NEAR(none.pixels[p] >> 24, all.pixels[p] >> 24, 3) << x << ", " << y;
+      if (none.pixels[p] >> 24 < 128) continue;
+      ++covered;
+      darker += all.rgb(x, y).r + 10 < none.rgb(x, y).r;
+      ASSERT_LE(all.rgb(x, y).r, none.rgb(x, y).r + 3) << x << ", " << y;
+      ASSERT_LE(all.rgb(x, y).r, half.rgb(x, y).r + 3) << x << ", " << y;
+    }
+  EXPECT_GT(darker, covered / 20);
+}
+
 TEST(View, IsTransparentOrLightBehindTheVolume) {
   NEEDS_DEVICE();
   const TemporaryFolder folder;

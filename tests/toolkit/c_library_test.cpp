@@ -941,6 +941,36 @@ TEST(CLibrary, DrawsWithoutABackground) {
   EXPECT_GT(thin, 5) << "all pixels are full or empty";
 }
 
+TEST(CLibrary, DrawsShadowsUnlessToldNotTo) {
+  ShellTubes shell(0);
+  if (!shell.opened.session) GTEST_SKIP() << pal_last_error();
+  shell.tick(0.036);
+  const PalEye eye{{0.0, 0.06, 0.12}, {0.0, 0.0, 0.0, 1.0}, -0.6, 0.6, -0.4, 0.4};
+  const auto drawn = [&](uint32_t flags) {
+    PalViewInfo info{};
+    info.size = sizeof info;
+    info.flags = flags | PAL_VIEW_NO_HAND | PAL_VIEW_NO_BOX | PAL_VIEW_CUT_OPEN;
+    info.width = 96;
+    info.height = 64;
+    info.eye_count = 1;
+    std::vector<uint32_t> pixels(96 * 64);
+    PalView* view = nullptr;
+    PAL_EXPECT_OK(pal_view_open(shell.opened.session, &info, &view));
+    PAL_EXPECT_OK(pal_view_render(view, &eye, 1, 96, 64, 0.0, nullptr));
+    PAL_EXPECT_OK(pal_view_read(view, 0, pixels.data(), nullptr));
+    PAL_EXPECT_OK(pal_view_close(&view));
+    return pixels;
+  };
+  const std::vector<uint32_t> with = drawn(0), without = drawn(PAL_VIEW_NO_SHADOWS);
+  int darker = 0, brighter = 0;
+  for (size_t p = 0; p < with.size(); ++p) {
+    darker += (with[p] & 255U) + 5 < (without[p] & 255U);
+    brighter += (with[p] & 255U) > (without[p] & 255U) + 5;
+  }
+  EXPECT_GT(darker, 100);
+  EXPECT_EQ(brighter, 0);
+}
+
 /// What a host's functions report to the test, on any thread.
 struct Sentences {
   std::mutex mutex;

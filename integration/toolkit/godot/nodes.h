@@ -163,7 +163,7 @@ class VolumeNode final : public EngineNode {
   void fail(const std::string& sentence);
   void process();
 
-  Variant look_ = "auto", draws_hand_ = true, draws_box_ = true, cut_open_ = false;
+  Variant look_ = "auto", draws_hand_ = true, draws_box_ = true, cut_open_ = false, shadows_ = true;
   Variant resolution_ = 1.0;
   SceneNode* scene_ = nullptr;
   PalSession* of_session_ = nullptr;  ///< which the view shows

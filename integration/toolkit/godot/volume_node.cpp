@@ -121,12 +121,13 @@ VolumeNode::~VolumeNode() {
 }
 
 Variant VolumeNode::get(size_t property) const {
-  const Variant values[] = {look_, draws_hand_, draws_box_, cut_open_, resolution_};
+  const Variant values[] = {look_, draws_hand_, draws_box_, cut_open_, shadows_, resolution_};
   return values[property];
 }
 
 void VolumeNode::set(size_t property, const Variant& value) {
-  Variant* const values[] = {&look_, &draws_hand_, &draws_box_, &cut_open_, &resolution_};
+  Variant* const values[] = {&look_,     &draws_hand_, &draws_box_,
+                             &cut_open_, &shadows_,    &resolution_};
   *values[property] = value;
   close();
 }
@@ -148,6 +149,7 @@ void VolumeNode::open(uint32_t width, uint32_t height, uint32_t eye_count) {
   info.flags = PAL_VIEW_NO_BACKGROUND;
   if (!draws_hand_.is_true() || in_editor()) info.flags |= PAL_VIEW_NO_HAND;
   if (!draws_box_.is_true()) info.flags |= PAL_VIEW_NO_BOX;
+  if (!shadows_.is_true()) info.flags |= PAL_VIEW_NO_SHADOWS;
   if (cut_open_.is_true()) info.flags |= PAL_VIEW_CUT_OPEN;
   info.width = width;
   info.height = height;
@@ -409,6 +411,9 @@ const ClassRow& VolumeNode::class_row() {
        {.name = "cut_open",
         .type = kBool,
         .help = "Nothing is drawn between the eye and a plane through the touched place"},
+       {.name = "shadows",
+        .type = kBool,
+        .help = "Ambient occlusion and soft shadows of the volumes"},
        {.name = "resolution",
         .type = GDEXTENSION_VARIANT_TYPE_FLOAT,
         .hint = 1,

@@ -42,7 +42,7 @@ namespace Palpate
         None = 0, Movable = 1, TrueSize = 2, NotCyclic = 4, Live = 8, NoMotion = 16, ForgetMotion = 32
     }
     [Flags] public enum PalSessionFlags : uint { None = 0, HostTicks = 1, NoEstimation = 2, NoRealTime = 4, DeadMan = 8, Follow = 16 }
-    [Flags] public enum PalViewFlags : uint { None = 0, NoHand = 1, NoBox = 2, CutOpen = 4, NoBackground = 8 }
+    [Flags] public enum PalViewFlags : uint { None = 0, NoHand = 1, NoBox = 2, CutOpen = 4, NoBackground = 8, NoShadows = 16 }
     [Flags] public enum PalGripSenses : uint { None = 0, Turns = 1, Opens = 2 }
 
     public enum PalTrust { Unknown = 0, Ok = 1, Suspect = 2, Failed = 3 }
