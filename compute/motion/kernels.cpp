@@ -15,6 +15,8 @@
 #include "spirv/motion/folds_loads.h"
 #include "spirv/motion/gauss.h"
 #include "spirv/motion/gauss_loads.h"
+#include "spirv/motion/leave_out.h"
+#include "spirv/motion/left_out_error.h"
 #include "spirv/motion/matching_cost.h"
 #include "spirv/motion/matching_cost_loads.h"
 #include "spirv/motion/measure.h"
@@ -27,6 +29,7 @@
 #include "spirv/motion/normalise_loads.h"
 #include "spirv/motion/pack.h"
 #include "spirv/motion/pack_loads.h"
+#include "spirv/motion/refit.h"
 #include "spirv/motion/sliding_choose.h"
 #include "spirv/motion/sliding_choose_loads.h"
 #include "spirv/motion/sliding_cost.h"
@@ -55,6 +58,7 @@
 #include "spirv/motion/upsample.h"
 #include "spirv/motion/upsample_cubic.h"
 #include "spirv/motion/upsample_cubic_loads.h"
+#include "spirv/motion/window_share.h"
 
 namespace palpate {
 
@@ -159,6 +163,18 @@ const vulkan::Kernel& MotionKernels::coupled_choice() {
 }
 const vulkan::Kernel& MotionKernels::choose() {
   return get(k_motion_choose, sizeof(ChoosePush));
+}
+const vulkan::Kernel& MotionKernels::leave_out() {
+  return get(k_motion_leave_out, sizeof(LeaveOutPush));
+}
+const vulkan::Kernel& MotionKernels::refit() {
+  return get(k_motion_refit, sizeof(UpdatePush));
+}
+const vulkan::Kernel& MotionKernels::left_out_error() {
+  return get(k_motion_left_out_error, sizeof(LeftOutErrorPush));
+}
+const vulkan::Kernel& MotionKernels::window_share() {
+  return get(k_motion_window_share, sizeof(WindowSharePush));
 }
 const vulkan::Kernel& MotionKernels::sliding_moments() {
   return get({k_motion_sliding_moments, k_motion_sliding_moments_loads},

@@ -45,6 +45,10 @@ class MotionKernels {
   const vulkan::Kernel& smooth_cost();
   const vulkan::Kernel& coupled_choice();
   const vulkan::Kernel& choose();
+  const vulkan::Kernel& leave_out();
+  const vulkan::Kernel& refit();
+  const vulkan::Kernel& left_out_error();
+  const vulkan::Kernel& window_share();
   const vulkan::Kernel& sliding_moments();
   const vulkan::Kernel& sliding_cost(bool own);
   const vulkan::Kernel& sliding_work();

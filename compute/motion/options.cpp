@@ -27,6 +27,7 @@ std::optional<MotionOptions> motion_preset(std::string_view name) {
     options.checkerboard = false;
     options.search_work = 6e7;
     options.yield.window = 2.5;
+    options.yield.choose_after = 6;
     options.sliding.cell = 2;
   } else if (name == "classic") {
     options.method = MotionMethod::kClassic;

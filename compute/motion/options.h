@@ -38,6 +38,11 @@ struct YieldOptions {
   double evidence = 8.0;
   double noise = 2.0;  ///< factor on the difference that noise leaves (see noise_left())
   double flat = 0.3;   ///< keeps rho small where the frames show little structure
+  /// After so many iterations it is measured which window predicts better what is left out of a fit
+  /// (see PairSolver::choose_window()); where the narrow one does, its share rises from 0 to 1 as
+  /// its gain, relative to the structure, rises from gain_low to gain_high. 0: never
+  int choose_after = 0;
+  double gain_low = 0.0015, gain_high = 0.003;
 };
 
 /// The last step (compute/motion/sliding_borders.h): the result on finer cells, with the borders at

@@ -112,6 +112,8 @@ uint64_t solver_bytes(const MotionPlan& plan) {
                      : 4 * image_bytes(level.cells, 16) +
                            (yields(plan, l) ? 15 : 11) * image_bytes(level.cells, 8);
     if (level.options.second > 0.0) bytes += 6 * image_bytes(level.cells, 8);
+    if (yields(plan, l) && plan.options.yield.choose_after > 0)
+      bytes += image_bytes(level.cells, 16) + 5 * image_bytes(level.cells, 8);
   }
   // PairSolver: what is measured in each brick.
   if (!classic) {

@@ -26,6 +26,11 @@ constexpr double kChoiceSigma = 1.0;
 constexpr float kChoiceWidth = 0.02F;  // rho: width of the transition between the two fields
 // SD of the window over what the coarser level leaves, against noise, in cells
 constexpr double kCoarserSigma = 1.0;
+// Fits without a part of the cells: iterations and steps of the filter in each, and the SD of the
+// window over what they gain, in cells. More of each changes nothing
+// (docs/decisions/motion/second-order.md).
+constexpr int kRefits = 4, kRefitFilterSteps = 1;
+constexpr double kLeftOutSigma = 4.0;
 constexpr int kDispatchesPerIteration = 24;  // without the filter's steps, up to four each
 
 // cells whose values come to the host in less time than waiting for the device once more takes
@@ -165,6 +170,14 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
       *image = vulkan::Image(context_, cells, kHalf);
       recorder_.prepare(*image);
     }
+    if (plan_.options.yield.choose_after <= 0) continue;
+    const auto make = [&](vulkan::Image& image, VkFormat format) {
+      image = vulkan::Image(context_, cells, format);
+      recorder_.prepare(image);
+    };
+    make(images.start, kFloat);
+    for (vulkan::Image& image : images.whole) make(image, kHalf);
+    for (vulkan::Image& image : images.gain) make(image, VK_FORMAT_R32G32_SFLOAT);
   }
   recorder_.run();
 }
@@ -348,10 +361,7 @@ void PairSolver::choose(size_t l, const FramePyramid& fixed, const FramePyramid&
   // Outside these bricks nothing was chosen and `ahead` and `primal` contain the other field, which
   // their neighbours read: restore this level's field.
   if (active_.size() < all_bricks(level.cells).size())
-    recorder_.dispatch(kernels_->upsample(), {{i.field, nearest}, i.ahead, i.primal},
-                       shaders::UpsamplePush{wide(level.cells), wide(level.cells),
-                                             glm::vec4(1, 1, 1, 0), glm::vec4(0)},
-                       {(level.cells.x + 63) / 64, level.cells.y, level.cells.z});
+    record_copy(recorder_, l, i.field, i.ahead, i.primal);
   record_clear_terms(l);
 }
 
@@ -385,15 +395,14 @@ void PairSolver::rest(size_t l, const std::vector<glm::ivec3>& cells, const Fram
 /// covers all bricks that the mask leaves and is measured alone: it finds the bricks that do not
 /// move or show nothing. After that every batch drops the bricks that have come to rest; the level
 /// ends when none is left.
-bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
+bool PairSolver::iterate(size_t l, int until, const FramePyramid& fixed, const FramePyramid& moving,
                          const std::stop_token& stop, LevelReport& report,
                          const std::function<void(int)>& done) {
   const LevelPlan& level = plan_.levels[l];
-  const int wanted = level.options.iterations;
+  const int wanted = std::min(level.options.iterations, until);
   const bool prunes = plan_.options.converged > 0.0;
   const bool bounded = std::isfinite(moving.reach_mm());
   const auto all = double(all_bricks(level.cells).size());
-  recorder_.start();
   activate(bricks_[l]);
   int batch_size = 0;         // iterations recorded for the active bricks
   bool batch_brings = false;  // what the level leaves, with them
@@ -420,7 +429,7 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
     batch_.run();
     report.iterations += size;
     report.brick_iterations += size * double(active_.size());
-    report.all_brick_iterations += size * all;
+    report.all_brick_iterations = report.iterations * all;
     done(report.iterations);
 
     // Whether the batch went too far, and which bricks have come to rest.
@@ -440,8 +449,106 @@ bool PairSolver::iterate(size_t l, const FramePyramid& fixed, const FramePyramid
     batch_size = 0;
   }
   report.converged = active_.empty();
-  report.all_brick_iterations += (wanted - report.iterations) * all;
+  report.all_brick_iterations = wanted * all;
   return true;
+}
+
+/// Records to copy a field of the level.
+void PairSolver::record_copy(vulkan::Recorder& recorder, size_t l, const vulkan::Image& from,
+                             const vulkan::Image& to, const vulkan::Image& to_as_well) {
+  const LevelPlan& level = plan_.levels[l];
+  recorder.dispatch(kernels_->upsample(), {{from, kernels_->nearest()}, to, to_as_well},
+                    shaders::UpsamplePush{wide(level.cells), wide(level.cells),
+                                          glm::vec4(1, 1, 1, 0), glm::vec4(0)},
+                    {(level.cells.x + 63) / 64, level.cells.y, level.cells.z});
+}
+
+/// Chooses, cell by cell, whether the narrow window is added to the wide one, by what each predicts
+/// of cells that it did not see. The equations are made once, at the field so far; from there the
+/// fit goes on without the images and without a part of the cells, with each window, for two parts
+/// in turns. The errors at the cells left out decide, smoothed over several of them. The field
+/// stays as it is.
+void PairSolver::choose_window(size_t l, const FramePyramid& fixed, const FramePyramid& moving) {
+  const LevelPlan& level = plan_.levels[l];
+  const YieldOptions& yield = plan_.options.yield;
+  LevelImages& i = levels_[l];
+  const vulkan::Sampler& nearest = kernels_->nearest();
+  activate(bricks_[l]);
+  const glm::ivec3 groups = slice_groups(active_);
+  const auto leave_out = [&](const vulkan::Image* from, const vulkan::Image* to, int part) {
+    batch_.dispatch(kernels_->leave_out(),
+                    {active_list(),
+                     {from[0], nearest},
+                     {from[1], nearest},
+                     {from[2], nearest},
+                     to[0],
+                     to[1],
+                     to[2]},
+                    shaders::LeaveOutPush{wide(level.cells, part)}, groups);
+  };
+
+  // The equations of all voxels, at the field itself.
+  batch_.restart();
+  for (const vulkan::Image& image : i.whole) kernels_->record_clear(batch_, image);
+  for (const vulkan::Image& image : i.gain) kernels_->record_clear(batch_, image);
+  record_copy(batch_, l, i.field, i.ahead, i.start);
+  record_equations(batch_, l, fixed, moving, -1);
+  leave_out(i.equations, i.whole, -1);
+
+  // Fits without a part. The wide window is last, since its duals are those to go on with.
+  const auto per_mm2 = float(std::pow(plan_.options.damping / level.h_mm, 2));
+  const auto largest_mm = float(plan_.options.largest_step * level.h_mm);
+  const vulkan::Image *gain = &i.gain[0], *gain_to = &i.gain[1];
+  for (int part = 0; part < 2; ++part) {
+    leave_out(i.whole, i.equations, part);
+    record_windows(batch_, l);
+    for (const bool is_narrow : {true, false}) {
+      const vulkan::Image* e = is_narrow ? narrow(l) : windowed(l);
+      record_copy(batch_, l, i.start, i.field, i.ahead);
+      for (int k = 0; k < kRefits; ++k) {
+        batch_.dispatch(
+            kernels_->refit(),
+            {active_list(),
+             {e[0], nearest},
+             {e[1], nearest},
+             {e[2], nearest},
+             {i.ahead, nearest},
+             {i.start, nearest},
+             i.composed},
+            shaders::UpdatePush{
+                wide(level.cells), glm::vec4(level.cell_mm, 0), {per_mm2, largest_mm, 0, 0}},
+            groups);
+        record_filter(batch_, l, kRefitFilterSteps);
+      }
+      batch_.dispatch(
+          kernels_->left_out_error(),
+          {active_list(),
+           {i.whole[0], nearest},
+           {i.whole[1], nearest},
+           {i.whole[2], nearest},
+           {i.field, nearest},
+           {i.start, nearest},
+           {*gain, nearest},
+           *gain_to},
+          shaders::LeftOutErrorPush{wide(level.cells, part), {is_narrow ? 1.0F : -1.0F, 0, 0, 0}},
+          groups);
+      std::swap(gain, gain_to);
+    }
+  }
+
+  // The choice, and the field as it was.
+  if (record_gauss(batch_, *kernels_, active_list(), brick_groups(active_),
+                   glm::dvec3(kLeftOutSigma), {gain}, {gain_to}))
+    std::swap(gain, gain_to);
+  batch_.dispatch(kernels_->window_share(),
+                  {active_list(), {*gain, nearest}, {i.coarser, nearest}, i.coarser},
+                  shaders::WindowSharePush{wide(level.cells),
+                                           {float(yield.gain_low), float(yield.gain_high), 0, 0}},
+                  groups);
+  record_copy(batch_, l, i.start, i.field, i.ahead);
+  record_copy(batch_, l, i.start, i.primal, i.composed);
+  batch_.run();
+  window_chosen_ = true;
 }
 
 void PairSolver::repair(size_t l, SolveReport& report) {
@@ -511,6 +618,7 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
   const auto begin = std::chrono::steady_clock::now();
   SolveReport report;
   left_level_.reset();
+  window_chosen_ = false;
   const auto finest = size_t(plan_.options.finest_level);
   const size_t levels = plan_.levels.size();
   // Work is counted in image voxels visited.
@@ -527,11 +635,23 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
     LevelReport& level = report.levels.emplace_back();
     level.h_mm = plan_.levels[l].h_mm;
     take_over(l, fixed, moving, level);
+    recorder_.start();
     // The iterations; they end where the motion leaves the part of the images that is there.
-    const bool in_reach = iterate(l, fixed, moving, stop, level, [&](int iterations) {
-      const double share = double(iterations) / std::max(1, plan_.levels[l].options.iterations);
-      if (progress) progress((done_work + work(l) * share) / all_work);
-    });
+    const int iterations = plan_.levels[l].options.iterations;
+    const auto go_on = [&](int until) {
+      return iterate(l, until, fixed, moving, stop, level, [&](int done) {
+        const double share = double(done) / std::max(1, iterations);
+        if (progress) progress((done_work + work(l) * share) / all_work);
+      });
+    };
+    const int before = plan_.options.yield.choose_after;
+    const bool chooses = yields(plan_, l) && before > 0 && before < iterations;
+    bool in_reach = true;
+    if (chooses) {
+      in_reach = go_on(before);
+      if (in_reach && !stop.stop_requested()) choose_window(l, fixed, moving);
+    }
+    in_reach = in_reach && go_on(iterations);
     if (!in_reach) {
       report.out_of_reach = true;
       report.seconds = passed_s(begin);
@@ -626,7 +746,7 @@ void PairSolver::record_coarser(vulkan::Recorder& recorder, size_t l) {
                     {(to.cells.x + 63) / 64, to.cells.y, to.cells.z});
 }
 
-void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l) {
+void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l, int steps) {
   const LevelPlan& level = plan_.levels[l];
   LevelImages& i = levels_[l];
   const vulkan::Sampler& nearest = kernels_->nearest();
@@ -672,7 +792,7 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l) {
   };
 
   // Steps of primal and dual in turn; the last primal step is the field.
-  for (int step = 0; step < plan_.options.filter_steps; ++step) {
+  for (int step = 0; step < steps; ++step) {
     primal(false);
     recorder.begin_concurrent();
     recorder.dispatch(kernels_->tv_dual(),
@@ -750,7 +870,7 @@ void PairSolver::record_iteration(vulkan::Recorder& recorder, size_t l, const Fr
   record_equations(recorder, l, fixed, moving, colour);
   record_windows(recorder, l);
   record_step(recorder, l, colour);
-  record_filter(recorder, l);
+  record_filter(recorder, l, plan_.options.filter_steps);
 }
 
 /// The windows over the equations: narrow() and windowed() are the images that they fill.
@@ -822,7 +942,7 @@ void PairSolver::record_step(vulkan::Recorder& recorder, size_t l, int colour) {
           {per_mm2(plan_.options.damping), per_mm2(yield.damping), largest_mm, 0},
           {float(yield.low), float(yield.high), float(yield.noise * noise_), float(yield.flat)},
           {float(yield.smoothness / level.options.smoothness), float(yield.evidence), float(voxels),
-           0}},
+           window_chosen_ ? 1.0F : 0.0F}},
       groups);
 }
 

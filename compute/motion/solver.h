@@ -66,6 +66,9 @@ class PairSolver : public FieldSolver {
     // Only if the level yields: the equations under its wide window, and what the next coarser
     // level left of them.
     vulkan::Image wide[3], coarser;
+    // Only if its window is chosen: the field and the equations at that time, and what the narrow
+    // window gains.
+    vulkan::Image start, whole[3], gain[2];
   };
   /// Makes `bricks` the active ones for what follows.
   void activate(BrickList bricks);
@@ -100,12 +103,16 @@ class PairSolver : public FieldSolver {
                         const FramePyramid& moving, int colour);
   void record_windows(vulkan::Recorder& recorder, size_t l);
   void record_step(vulkan::Recorder& recorder, size_t l, int colour);
-  void record_filter(vulkan::Recorder& recorder, size_t l);
+  void record_filter(vulkan::Recorder& recorder, size_t l, int steps);
   void record_measure(vulkan::Recorder& recorder, size_t l);
-  /// False if something moved further than moving.reach_mm().
-  bool iterate(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
+  /// Goes on up to `until` iterations of the level in all. False if something moved further than
+  /// moving.reach_mm().
+  bool iterate(size_t l, int until, const FramePyramid& fixed, const FramePyramid& moving,
                const std::stop_token& stop, LevelReport& report,
                const std::function<void(int)>& done);
+  void record_copy(vulkan::Recorder& recorder, size_t l, const vulkan::Image& from,
+                   const vulkan::Image& to, const vulkan::Image& to_as_well);
+  void choose_window(size_t l, const FramePyramid& fixed, const FramePyramid& moving);
   void repair(size_t l, SolveReport& report);
   void judge(size_t l);
 
@@ -125,6 +132,7 @@ class PairSolver : public FieldSolver {
   // slabs of the finest images, copied to the device for one dispatch
   vulkan::Image fixed_slab_, moving_slab_;
   double noise_ = 0.0;                // r^2 that noise leaves on the level above one that yields
+  bool window_chosen_ = false;        // on the level that yields, in this solve
   std::optional<size_t> left_level_;  // whose unexplained difference is in download_
   vulkan::Buffer counts_;             // number of folded cells of each brick
   vulkan::Buffer download_, deviation_;

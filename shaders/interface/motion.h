@@ -127,6 +127,23 @@ struct UpdatePush {
 };
 PALPATE_SIZE(UpdatePush, 48);
 
+struct LeaveOutPush {
+  ivec4 cells;  // w: the part that is left out, 0 or 1; -1: none
+};
+PALPATE_SIZE(LeaveOutPush, 16);
+
+struct LeftOutErrorPush {
+  ivec4 cells;  // w: the part that was left out
+  vec4 factor;  // x: of the error
+};
+PALPATE_SIZE(LeftOutErrorPush, 32);
+
+struct WindowSharePush {
+  ivec4 cells;
+  vec4 share;  // x, y: gain, relative to the structure, at which the share leaves 0 and reaches 1
+};
+PALPATE_SIZE(WindowSharePush, 32);
+
 struct UpdateTwoPush {
   ivec4 cells;
   vec4 cell_mm;
@@ -135,7 +152,7 @@ struct UpdateTwoPush {
   // flat
   vec4 share;
   // x: factor on the total variation for s = 1; y: T at which it is halved; z: voxels that the
-  // narrow window averages
+  // narrow window averages; w: 1 = a share was chosen
   vec4 filter_weight;
 };
 PALPATE_SIZE(UpdateTwoPush, 80);

@@ -9,10 +9,11 @@
 // it. s follows from the difference that the coarser level left. The step is composed with the field.
 //   rho = max(0, r^2 - W (w - q)) / (2 q + flat w)                        (the difference left there, beyond noise)
 //   s = smoothstep(low, high, rho) smoothstep(kSteepest, kGentle, det),  l = mix(l_0, l_1, s)                 (damping)
-//   d_w = (A_w + l I)^-1 b_w,  d = d_w + s (A_n + l I)^-1 (b_n - A_n d_w),  |d_w|, |d| <= limit
+//   d_w = (A_w + l I)^-1 b_w,  d = d_w + max(s, c) (A_n + l I)^-1 (b_n - A_n d_w),  |d_w|, |d| <= limit
 //   w(x) = v(x + d) + d                                                   (compositive update, Vercauteren 2009)
 // det is the smaller one of det(I + dv/dx) with forward and with backward differences: where the field is about to
-// fold, s is 0.
+// fold, s is 0. Where a share c was chosen (window_share.comp), the narrow window adds its step with the larger one of s
+// and c.
 // The weight of the total variation changes by the share `more`: 0 where s is 0; where s is 1 it becomes `strong`,
 // reduced where the narrow window's step is well determined.
 //   T = N g / (r_n^2 - g),  g = b_n . (A_n + l I)^-1 b_n                  (what a step explains, in units of its noise)
@@ -23,7 +24,7 @@
 // 1-3      in         rgba, see normal_equations.comp, under the wide window    cells (z, y, x)
 // 4-6      in         rgba, the same under the narrow window                    cells
 // 7        in         rgba32f: vx vy vz .  cells            mm along the image axes
-// 8        in         rgba: . r^2 w q      cells            of the coarser level when it ended
+// 8        in         rgba: c r^2 w q      cells            c if it was chosen; of the coarser level when it ended
 // 9        out        rgba32f: w, more     cells            mm, 1
 // 10       in         the image of 7, for its single texels
 //
@@ -57,9 +58,12 @@ float determinant_of(ivec3 cell, int step) {
 void main() {
   const ivec3 cell = brick_cell();
   if (beyond(cell, push.cells.xyz)) return;
-  const float rho = left_over(READ(coarser, cell), push.share.z, push.share.w);
+  const vec4 left = READ(coarser, cell);
+  const float rho = left_over(left, push.share.z, push.share.w);
   const float det = min(determinant_of(cell, 1), determinant_of(cell, -1));
-  const float s = smoothstep(push.share.x, push.share.y, rho) * smoothstep(kSteepest, kGentle, det);
+  const float flat_enough = smoothstep(kSteepest, kGentle, det);
+  const float s = smoothstep(push.share.x, push.share.y, rho) * flat_enough;
+  const float chosen = push.filter_weight.w > 0.0 ? left.x * flat_enough : 0.0;
   const float damping = mix(push.step.x, push.step.y, s);
 
   const vec4 w0 = READ(wide0, cell);
@@ -69,7 +73,7 @@ void main() {
   const vec4 n0 = READ(narrow0, cell);
   const vec4 n2 = READ(narrow2, cell);
   const Symmetric a_narrow = matrix_of(n0, READ(narrow1, cell), n2);
-  d += s * solved(a_narrow, damping, n0.xyz - times(a_narrow, d));
+  d += max(s, chosen) * solved(a_narrow, damping, n0.xyz - times(a_narrow, d));
   d = shortened(d, push.step.z);
 
   const float gain = dot(n0.xyz, solved(a_narrow, damping, n0.xyz));

@@ -63,7 +63,8 @@ class UpdateTwoKernel : public KernelTest {
  protected:
   /// The part of r^2 that b explains is removed from the narrow window's equations, as in real
   /// data. What the coarser level left ranges from zero to more than `high`.
-  void expect_oracle(glm::ivec3 cells, Format format, const BrickList& bricks, uint32_t seed) {
+  void expect_oracle(glm::ivec3 cells, Format format, const BrickList& bricks, uint32_t seed,
+                     bool is_chosen = false) {
     const auto stored = [&](const oracle::Samples<oracle::NormalEquations>& equations) {
       EquationImages images = images_of(equations);
       for (Texels& image : images) image = as_stored(image, format);
@@ -74,15 +75,19 @@ class UpdateTwoKernel : public KernelTest {
       left.values[i].residual = left.values[i].structure * 0.03 * double(i % 5);
     const EquationImages wide_images = stored(random_equations(cells, seed));
     const EquationImages narrow_images = stored(random_equations(cells, seed + 1));
-    const EquationImages coarser = stored(left);
+    EquationImages coarser = stored(left);
+    // Shares from 0 to 1; not read where none was chosen.
+    oracle::Scalars chosen(cells);
+    for (size_t i = 0; i < chosen.values.size(); ++i)
+      coarser[2].values[i].x = chosen.values[i] = 0.25 * double(i % 7 % 5);
     // Determinants from below 0 to above 1.
     const Vectors field =
         vectors_of(as_stored(texels_of(random_vectors(cells, seed + 3, 0.4)), Format::kRgba32));
     const glm::dvec3 cell_mm(1.4, 2.2, 2.5);
     const oracle::TwoWindows with{{0.04, 0.09}, 1.0, 0.02, 0.06, 0.01, 0.1, 2.5, 30.0, 8.0};
-    const oracle::TwoWindowsStep step =
-        oracle::update_two(equations_of(wide_images), equations_of(narrow_images),
-                           equations_of(coarser), field, cell_mm, with);
+    const oracle::TwoWindowsStep step = oracle::update_two(
+        equations_of(wide_images), equations_of(narrow_images), equations_of(coarser), field,
+        cell_mm, with, is_chosen ? &chosen : nullptr);
     std::vector<DeviceImage> in;
     for (const EquationImages* images : {&wide_images, &narrow_images})
       for (const Texels& image : *images) in.push_back(put(image, format));
@@ -98,7 +103,7 @@ class UpdateTwoKernel : public KernelTest {
                  glm::vec4(cell_mm, 0),
                  {with.damping_per_mm2[0], with.damping_per_mm2[1], with.largest_mm, 0},
                  {with.low, with.high, with.noise, with.flat},
-                 {with.weight, with.evidence, with.voxels, 0}},
+                 {with.weight, with.evidence, with.voxels, is_chosen ? 1.0 : 0.0}},
              slice_groups(bricks));
     Texels expected = texels_of(step.w);
     for (size_t i = 0; i < expected.values.size(); ++i) expected.values[i].w = step.more.values[i];
@@ -114,8 +119,121 @@ TEST_F(UpdateTwoKernel, AddsTheNarrowWindowsStepWhereTheCoarserLevelLeftSomethin
   }
 }
 
+TEST_F(UpdateTwoKernel, AddsItAlsoByTheShareThatWasChosen) {
+  uint32_t seed = 360;
+  for (const glm::ivec3 cells : kSizes) {
+    SCOPED_TRACE(text(cells));
+    expect_oracle(cells, Format::kRgba32, all_bricks(cells), seed += 4, true);
+  }
+}
+
 TEST_F(UpdateTwoKernel, TakesEquationsInHalfPrecisionAndOnlyListedBricks) {
   expect_oracle({17, 19, 9}, Format::kRgba16, every_second_brick({17, 19, 9}), 380);
+}
+
+/// Fits without a part of the cells, and what they predict of it.
+class LeftOutKernels : public KernelTest {
+ protected:
+  void make(glm::ivec3 cells, uint32_t seed) {
+    images = images_of(random_equations(cells, seed));
+    for (Texels& image : images) image = as_stored(image, Format::kRgba16);
+    u = stored_vectors(cells, seed + 1, 1.0);
+    start = stored_vectors(cells, seed + 2, 1.0);
+  }
+  std::vector<DeviceImage> put_equations() {
+    std::vector<DeviceImage> e;
+    for (const Texels& image : images) e.push_back(put(image, Format::kRgba16));
+    return e;
+  }
+
+  EquationImages images;
+  Vectors u, start;
+};
+
+TEST_F(LeftOutKernels, LeaveBlocksOutInTurns) {
+  uint32_t seed = 420;
+  for (const glm::ivec3 cells : kSizes)
+    for (const int part : {-1, 0, 1}) {
+      SCOPED_TRACE(text(cells) + " without part " + std::to_string(part));
+      make(cells, seed += 3);
+      const EquationImages expected = images_of(oracle::leave_out(equations_of(images), part));
+      const std::vector<DeviceImage> e = put_equations();
+      std::vector<DeviceImage> left;
+      for (int k = 0; k < 3; ++k) left.push_back(output(cells, Format::kRgba16));
+      const BrickList bricks = all_bricks(cells);
+      const vulkan::Buffer list = upload_bricks(context(), bricks);
+      dispatch(kernels()->leave_out(),
+               {list, nearest(e[0]), nearest(e[1]), nearest(e[2]), left[0].image, left[1].image,
+                left[2].image},
+               shaders::LeaveOutPush{glm::ivec4(cells, part)}, slice_groups(bricks));
+      for (size_t k = 0; k < 3; ++k) expect_all(left[k], expected[k], 4, 1.0);
+    }
+}
+
+TEST_F(LeftOutKernels, FitOnFromTheEquationsOfOneField) {
+  uint32_t seed = 460;
+  for (const glm::ivec3 cells : kSizes) {
+    SCOPED_TRACE(text(cells));
+    make(cells, seed += 3);
+    const double damping = 0.04, largest_mm = 1.0;
+    const Vectors expected = oracle::refit(equations_of(images), u, start, damping, largest_mm);
+    const std::vector<DeviceImage> e = put_equations();
+    const DeviceImage v = put(texels_of(u), Format::kRgba32);
+    const DeviceImage u0 = put(texels_of(start), Format::kRgba32);
+    const DeviceImage w = output(cells, Format::kRgba32);
+    const BrickList bricks = every_second_brick(cells);
+    const vulkan::Buffer list = upload_bricks(context(), bricks);
+    dispatch(kernels()->refit(),
+             {list, nearest(e[0]), nearest(e[1]), nearest(e[2]), nearest(v), nearest(u0), w.image},
+             shaders::UpdatePush{glm::ivec4(cells, 0), glm::vec4(0),
+                                 glm::vec4(damping, largest_mm, 0, 0)},
+             slice_groups(bricks));
+    expect_cells(w, texels_of(expected), bricks, 4, 6.0, kUpdate);
+  }
+}
+
+TEST_F(LeftOutKernels, AddUpTheErrorOfThePartAndChooseByIt) {
+  uint32_t seed = 480;
+  for (const glm::ivec3 cells : kSizes)
+    for (const int part : {0, 1}) {
+      SCOPED_TRACE(text(cells) + " part " + std::to_string(part));
+      make(cells, seed += 3);
+      const double factor = part == 0 ? 1.0 : -1.0;
+      const auto equations = equations_of(images);
+      const oracle::Scalars error = oracle::left_out_error(equations, u, start, part);
+      Texels before(cells), expected(cells);
+      for (size_t i = 0; i < error.values.size(); ++i) {
+        before.values[i].x = 0.5 * double(i % 3);
+        expected.values[i].x = before.values[i].x + factor * error.values[i];
+        expected.values[i].y = equations.values[i].structure;
+      }
+      const std::vector<DeviceImage> e = put_equations();
+      const DeviceImage field = put(texels_of(u), Format::kRgba32);
+      const DeviceImage u0 = put(texels_of(start), Format::kRgba32);
+      const DeviceImage sum = put(before, Format::kRgba32);
+      const DeviceImage after = output(cells, Format::kRgba32);
+      const BrickList bricks = all_bricks(cells);
+      const vulkan::Buffer list = upload_bricks(context(), bricks);
+      dispatch(kernels()->left_out_error(),
+               {list, nearest(e[0]), nearest(e[1]), nearest(e[2]), nearest(field), nearest(u0),
+                nearest(sum), after.image},
+               shaders::LeftOutErrorPush{glm::ivec4(cells, part), glm::vec4(factor, 0, 0, 0)},
+               slice_groups(bricks));
+      expect_all(after, expected, 4, 10.0, kUpdate);
+
+      // Gains of both signs, about the limits.
+      const double low = 0.5, high = 3.0;
+      Texels shares = get(after), coarser = images[2];
+      const DeviceImage left = put(coarser, Format::kRgba16);
+      const DeviceImage with_share = output(cells, Format::kRgba16);
+      dispatch(kernels()->window_share(), {list, nearest(after), nearest(left), with_share.image},
+               shaders::WindowSharePush{glm::ivec4(cells, 0), glm::vec4(low, high, 0, 0)},
+               slice_groups(bricks));
+      for (size_t i = 0; i < shares.values.size(); ++i)
+        coarser.values[i].x =
+            oracle::window_share(shares.values[i].x, shares.values[i].y, low, high);
+      expect_all(with_share, coarser, 4, 1.0, kUpdate);
+    }
 }
 
 class TotalVariationKernel : public KernelTest {

@@ -147,11 +147,30 @@ struct TwoWindowsStep {
 /// update(). s = smoothstep(low, high, rho) and l follow from what the coarser level left,
 ///   rho = max(0, r^2 - W (counted - q)) / (2 q + flat counted),
 /// and more = s (weight / (1 + T / evidence) - 1) from T = N g / (r_n^2 - g) with
-/// g = b_n . (A_n + l)^-1 b_n.
+/// g = b_n . (A_n + l)^-1 b_n. chosen: null, or shares of the narrow window; its step is then added
+/// with the larger one of s and the share, which falls near folding as s does.
 TwoWindowsStep update_two(const Samples<NormalEquations>& wide,
                           const Samples<NormalEquations>& narrow,
                           const Samples<NormalEquations>& coarser, const Vectors& v,
-                          glm::dvec3 cell_mm, const TwoWindows& with);
+                          glm::dvec3 cell_mm, const TwoWindows& with,
+                          const Scalars* chosen = nullptr);
+
+/// Whether a cell belongs to a part, 0 or 1: blocks of 2 x 2 x 2 cells in turns along every axis.
+bool is_left_out(glm::ivec3 cell, int part);
+
+/// The equations, zero at the cells of the part.
+Samples<NormalEquations> leave_out(const Samples<NormalEquations>& equations, int part);
+
+/// v + d, d = (A + damping)^-1 (b - A (v - u0)), shortened.
+Vectors refit(const Samples<NormalEquations>& equations, const Vectors& v, const Vectors& u0,
+              double damping_per_mm2, double largest_mm);
+
+/// d . A d - 2 b . d of d = u - u0 at the cells of the part, 0 elsewhere.
+Scalars left_out_error(const Samples<NormalEquations>& equations, const Vectors& u,
+                       const Vectors& u0, int part);
+
+/// smoothstep(low, high, -gain / structure).
+double window_share(double gain, double structure, double low, double high);
 
 /// Dual variable of the total variation: p_x, p_y, p_z. On the last cell of axis a, p_a is 0.
 using Dual = std::array<Vectors, 3>;

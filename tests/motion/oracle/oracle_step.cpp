@@ -71,7 +71,7 @@ Vectors update(const Samples<NormalEquations>& equations, const Vectors& v, glm:
 TwoWindowsStep update_two(const Samples<NormalEquations>& wide,
                           const Samples<NormalEquations>& narrow,
                           const Samples<NormalEquations>& coarser, const Vectors& v,
-                          glm::dvec3 cell_mm, const TwoWindows& with) {
+                          glm::dvec3 cell_mm, const TwoWindows& with, const Scalars* chosen) {
   TwoWindowsStep result{Vectors(v.size), Scalars(v.size)};
   const auto shortened = [&](glm::dvec3 d) {
     const double length = glm::length(d);
@@ -81,14 +81,15 @@ TwoWindowsStep update_two(const Samples<NormalEquations>& wide,
     const double rho = left_over(coarser.at(i), with.noise, with.flat);
     const double det =
         std::min(determinant_of(v, i, cell_mm, 1), determinant_of(v, i, cell_mm, -1));
-    const double s = smooth_step(with.low, with.high, rho) *
-                     smooth_step(shaders::kSteepest, shaders::kGentle, det);
+    const double unfolded = smooth_step(shaders::kSteepest, shaders::kGentle, det);
+    const double s = smooth_step(with.low, with.high, rho) * unfolded;
+    const double added = chosen ? std::max(s, chosen->at(i) * unfolded) : s;
     const glm::dmat3 damping(glm::mix(with.damping_per_mm2[0], with.damping_per_mm2[1], s));
 
     glm::dvec3 d = shortened(glm::inverse(wide.at(i).a + damping) * wide.at(i).b);
     const NormalEquations& n = narrow.at(i);
     const glm::dmat3 inverse = glm::inverse(n.a + damping);
-    d = shortened(d + s * (inverse * (n.b - n.a * d)));
+    d = shortened(d + added * (inverse * (n.b - n.a * d)));
     result.w.at(i) = sample(v, glm::dvec3(i) + d / cell_mm) + d;
 
     const double gain = glm::dot(n.b, inverse * n.b);
@@ -97,6 +98,46 @@ TwoWindowsStep update_two(const Samples<NormalEquations>& wide,
     result.more.at(i) = s * (with.weight / (1.0 + evidence / with.evidence) - 1.0);
   });
   return result;
+}
+
+bool is_left_out(glm::ivec3 cell, int part) {
+  return (cell.x / 2 + cell.y / 2 + cell.z / 2) % 2 == part;
+}
+
+Samples<NormalEquations> leave_out(const Samples<NormalEquations>& equations, int part) {
+  Samples<NormalEquations> left = equations;
+  for_each(equations.size, [&](glm::ivec3 i) {
+    if (is_left_out(i, part)) left.at(i) = NormalEquations();
+  });
+  return left;
+}
+
+Vectors refit(const Samples<NormalEquations>& equations, const Vectors& v, const Vectors& u0,
+              double damping_per_mm2, double largest_mm) {
+  Vectors w(v.size);
+  for_each(v.size, [&](glm::ivec3 i) {
+    const NormalEquations& e = equations.at(i);
+    glm::dvec3 d =
+        glm::inverse(e.a + damping_per_mm2 * glm::dmat3(1.0)) * (e.b - e.a * (v.at(i) - u0.at(i)));
+    if (glm::length(d) > largest_mm) d *= largest_mm / glm::length(d);
+    w.at(i) = v.at(i) + d;
+  });
+  return w;
+}
+
+Scalars left_out_error(const Samples<NormalEquations>& equations, const Vectors& u,
+                       const Vectors& u0, int part) {
+  Scalars error(u.size);
+  for_each(u.size, [&](glm::ivec3 i) {
+    const NormalEquations& e = equations.at(i);
+    const glm::dvec3 d = u.at(i) - u0.at(i);
+    if (is_left_out(i, part)) error.at(i) = glm::dot(d, e.a * d) - 2.0 * glm::dot(e.b, d);
+  });
+  return error;
+}
+
+double window_share(double gain, double structure, double low, double high) {
+  return smooth_step(low, high, -gain / structure);
 }
 
 Vectors tv_primal(const Vectors& w, const Dual& p, glm::dvec3 slope) {
