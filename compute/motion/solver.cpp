@@ -391,10 +391,9 @@ void PairSolver::rest(size_t l, const std::vector<glm::ivec3>& cells, const Fram
   });
 }
 
-/// Runs what was recorded for the beginning of the level, and its iterations. The first iteration
-/// covers all bricks that the mask leaves and is measured alone: it finds the bricks that do not
-/// move or show nothing. After that every batch drops the bricks that have come to rest; the level
-/// ends when none is left.
+/// Runs iterations of the level. The first one covers all bricks that the mask leaves and is
+/// measured alone: it finds the bricks that do not move or show nothing. After that every batch
+/// drops the bricks that have come to rest; the level ends when none is left.
 bool PairSolver::iterate(size_t l, int until, const FramePyramid& fixed, const FramePyramid& moving,
                          const std::stop_token& stop, LevelReport& report,
                          const std::function<void(int)>& done) {
