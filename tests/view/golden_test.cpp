@@ -47,6 +47,7 @@ TEST_F(GoldenTest, AHeartThatIsTouched) {
   const FrameData& frame = *heart->frames[0];
   add_box(scene.things, {}, frame.low_m(), frame.high_m(), 0.0004, {0.42, 0.46, 0.54});
   add_letters(scene.things, {}, frame.low_m(), frame.high_m(), eye_, 0.010, {0.80, 0.83, 0.88});
+  scene.shadows = 1.0;
   expect_as_before(scene, eye_, "heart");
 }
 

@@ -155,6 +155,41 @@ TEST_F(SceneTest, AnEyeInsideAVolumeSeesItsWallAround) {
     }
 }
 
+TEST_F(SceneTest, LettersStandBesideTheBoxFromWhereverItIsSeen) {
+  // No letter may be seen before or behind the box, and none may be lost.
+  const glm::dvec3 low(-0.03, -0.02, -0.04), high(0.03, 0.02, 0.04);
+  constexpr double kHeight = 0.006;
+  Transform turned;
+  turned.rotation = glm::angleAxis(0.4, glm::normalize(glm::dvec3(1.0, 2.0, -1.0)));
+  for (const Transform& place : {Transform{}, turned})
+    for (int azimuth = 10; azimuth < 360; azimuth += 25)
+      for (const int elevation : {-50, -20, 15, 40}) {
+        const double a = glm::radians(double(azimuth)), e = glm::radians(double(elevation));
+        const Eye eye = eye_at(
+            0.4 * glm::dvec3(std::cos(e) * std::sin(a), std::sin(e), std::cos(e) * std::cos(a)),
+            {0.0, 0.0, 0.0}, 0.5, kSceneSize);
+        Things things;
+        add_letters(things, place, low, high, eye, kHeight, kGreen);
+        // Rays to the letters' rods, in the box's own axes, against the box (slabs).
+        for (const RoundCone& rod : things) {
+          const glm::dvec3 from = place.volume_from_world(eye.position_m);
+          const glm::dvec3 way = place.volume_from_world(rod.from) - from;
+          double enters = 0.0, leaves = 1e9;
+          for (int axis = 0; axis < 3; ++axis) {
+            const double x0 = (low[axis] - from[axis]) / way[axis];
+            const double x1 = (high[axis] - from[axis]) / way[axis];
+            enters = std::max(enters, std::min(x0, x1));
+            leaves = std::min(leaves, std::max(x0, x1));
+          }
+          ASSERT_GT(enters, leaves) << azimuth << ", " << elevation;
+        }
+        // As many strokes as from anywhere else.
+        Things straight;
+        add_letters(straight, {}, low, high, eye_, kHeight, kGreen);
+        EXPECT_EQ(things.size(), straight.size());
+      }
+}
+
 TEST_F(SceneTest, LettersStandOnThePatientsSides) {
   // One bright ball on the patient's left, written into LPS samples; viewed from the front, so that
   // the patient's left is on the viewer's right.
