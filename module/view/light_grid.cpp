@@ -18,6 +18,8 @@ constexpr int kLongest = 48;
 constexpr double kLeastVoxels = 2.0;
 // Cells beyond the volumes on each side, so that rays enter the grid in the open.
 constexpr int kMargin = 2;
+// Cosine of 2 degrees: the light turns with the head, and shadows follow it in steps of this.
+constexpr float kTurned = 0.9994F;
 // The number of cells is a multiple of this, so that all levels have the same shape.
 constexpr int kMultiple = 1 << (kLightLevels - 1);
 
@@ -80,6 +82,8 @@ void LightGrid::record(vulkan::Recorder& recorder, std::span<const ViewVolume> v
   parameters.light_cells = glm::vec4(glm::vec3(depends.cells), scene.shadows);
   for (size_t e = 0; e < eyes.size(); ++e)
     parameters.light_rays[e] = rays_of(eyes[e], size, corner, edge);
+  if (!changed && glm::dot(glm::vec3(depends.light), glm::vec3(known_.light)) > kTurned)
+    depends.light = known_.light;
   if (!changed && depends == known_) return;
 
   if (depends.cells != known_.cells) {
