@@ -170,12 +170,12 @@ void add_letters(Things& things, const Transform& world_from_volume, glm::dvec3 
   };
 
   // Places beside the outline: the middles of its edges, and its corners.
-  struct Place {
+  struct LetterPlace {
     glm::dvec3 at;
     int from, to;  ///< corners at its ends; the same twice: a corner
     bool taken = false;
   };
-  std::vector<Place> places;
+  std::vector<LetterPlace> places;
   for (size_t k = 0; k < count; ++k) {
     const int before = box.outline[(k + count - 1) % count], here = box.outline[k];
     const int after = box.outline[(k + 1) % count];
@@ -216,10 +216,10 @@ void add_letters(Things& things, const Transform& world_from_volume, glm::dvec3 
   // Else at an edge of the face that is part of the outline, or at a corner, so that no letter
   // stands before the data. The one of the fewest edges chooses first.
   const auto nearest = [&](const Face& face, bool corners) {
-    Place* best = nullptr;
+    LetterPlace* best = nullptr;
     int found = 0;
     double least = 0.0;
-    for (Place& place : places) {
+    for (LetterPlace& place : places) {
       if (place.taken || (place.from == place.to) != corners ||
           !on_face(place.from, face.axis, face.side) || !on_face(place.to, face.axis, face.side))
         continue;
@@ -238,7 +238,7 @@ void add_letters(Things& things, const Transform& world_from_volume, glm::dvec3 
       if (!next || found < fewest) next = &face, fewest = found;
     }
     if (!next) break;
-    Place* place = nearest(*next, false).first;
+    LetterPlace* place = nearest(*next, false).first;
     if (!place) place = nearest(*next, true).first;
     if (place) place->taken = true;
     next->place = place ? place->at : next->middle_m;
