@@ -186,7 +186,9 @@ vec4 lit(int v, vec4 one, vec4 other, vec2 reached) {
   if (kLit != 0) {
     // That tissue sends a part on, in its own colour, and keeps a part of that away, and so on; two times are enough to
     // see: v + v a (1 - v) + v (a (1 - v))^2. So shadows in red tissue are red.
-    const vec3 again = (1.0 - left / max(all, 1e-6)) * kAlbedo / max(glow.w, 1e-20) * glow.rgb;
+    // Beside a film both parts of the colour's quotient are rounding errors of the table's integrals: it is kept below 1.
+    const vec3 colour = min(glow.rgb / max(glow.w, 1e-20), 1.0);
+    const vec3 again = clamp(1.0 - left / max(all, 1e-6), 0.0, 1.0) * kAlbedo * colour;
     light *= 1.0 + again * (1.0 + again);
   }
   const float gloss = how.z * shine * surface * reached.x * reached.y;

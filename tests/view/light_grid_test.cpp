@@ -163,6 +163,39 @@ TEST_F(LightGridTest, AnotherVolumeCastsItsShadowWhereItIs) {
   EXPECT_NEAR(share(*view, scene, beside()), left, kOfShare);
 }
 
+TEST_F(LightGridTest, MakesNothingBrighter) {
+  // Films of segments have steep borders, between which the mean colour is a quotient of small
+  // differences.
+  constexpr PictureSize kFilmSize{96, 96};
+  const auto distance = [](double radius_mm) {
+    return still_volume(kEdge, 1.0, [=](glm::dvec3 x) { return radius_mm - glm::length(x); })
+        ->frames;
+  };
+  MovingVolume moving = *still_volume(kEdge, 1.0, [](glm::dvec3 mm) {
+    return std::abs(glm::length(mm) - 20.0) < 4.0 ? kHazeValue : 0.0;
+  });
+  moving.segments = {{"outer", {0.95F, 0.80F, 0.30F}, distance(24.5)},
+                     {"inner", {0.30F, 0.60F, 0.95F}, distance(15.5)}};
+  const auto volume = std::make_shared<const MovingVolume>(std::move(moving));
+  auto view = renderer({kFilmSize, 1});
+  set(*view, {volume});
+  ViewScene scene;
+  scene.volumes = {{volume, {}, {}, white(0.02, 0.5, 0.5)}};
+  scene.volumes[0].segment_opacity = 0.4;
+  const Eye eye = eye_at({0.05, 0.06, 0.15}, {0.0, 0.0, 0.0}, 0.5, kFilmSize);
+  const Picture without = draw(*view, scene, {eye}, kFilmSize)[0];
+  scene.shadows = 1.0;
+  const Picture with = draw(*view, scene, {eye}, kFilmSize)[0];
+  int darker = 0;
+  for (int y = 0; y < kFilmSize.height; ++y)
+    for (int x = 0; x < kFilmSize.width; ++x)
+      for (int c = 0; c < 3; ++c) {
+        ASSERT_LE(channel(with, x, y, c), channel(without, x, y, c) + 2) << x << ", " << y;
+        darker += channel(with, x, y, c) + 5 < channel(without, x, y, c);
+      }
+  EXPECT_GT(darker, 500);
+}
+
 TEST_F(LightGridTest, IsMadeAnewWheneverSomethingChanges) {
   // Each picture must be that of a renderer that draws it first.
   MovingVolume two = *still_volume(24, 2.0, floor_and_slab);
