@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "module/session/moved_volume.h"
+#include "module/view/letters.h"
 
 namespace palpate {
 namespace {

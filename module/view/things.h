@@ -6,7 +6,6 @@
 
 #include "module/scene/frame_data.h"
 #include "module/scene/transform.h"
-#include "module/view/eye.h"
 
 namespace palpate {
 
@@ -35,13 +34,6 @@ void add_arrow(Things& things, glm::dvec3 from, glm::dvec3 force_n, double m_per
 /// The edges of a box, given in a volume's space.
 void add_box(Things& things, const Transform& world_from_volume, glm::dvec3 low_m,
              glm::dvec3 high_m, double radius_m, glm::dvec3 colour);
-
-/// The letters of the patient's sides beside the faces of a box in a volume's space (x = L, y = S,
-/// z = -P): L at +x, R at -x, S at +y, I at -y, A at +z, P at -z. They face the eye and stand
-/// upright for it. Where the middle of a face is seen before or behind the box, its letter stands
-/// at an edge or corner of the face that is part of the box's outline. height_m: of a letter.
-void add_letters(Things& things, const Transform& world_from_volume, glm::dvec3 low_m,
-                 glm::dvec3 high_m, const Eye& eye, double height_m, glm::dvec3 colour);
 
 /// The colour of a stream tube where the vectors have this length: from blue (`least`) over white
 /// to red (`most`), logarithmically.

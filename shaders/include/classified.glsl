@@ -1,8 +1,14 @@
-// How values of a volume become colour and extinction. The including shader defines, under these names: the parameters
+// How values of a volume become colour and extinction, and where its skip words are. The including shader defines, under these names: the parameters
 // (view), the texels of look tables (tables) and of skip words (skips), the buffer of the skip words (skip_buffer) and
 // kTexels, see raycast.comp.
 vec4 table(uint i) { return texelFetch(tables, int(i)); }
 uint skip(uint i) { return kTexels != 0 ? texelFetch(skips, int(i)).x : skip_buffer[i]; }
+
+// The first skip word of a brick.
+uint skip_word(int v, ivec3 brick) {
+  const ivec4 bricks = view.volumes[v].bricks;
+  return uint(bricks.w + kSkipWords * (brick.x + bricks.x * (brick.y + bricks.y * brick.z)));
+}
 
 // What was read at a voxel: its slope, and its value as an entry of the table.
 vec4 classified(int v, vec4 read, vec3 voxel) {

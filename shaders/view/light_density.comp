@@ -33,22 +33,13 @@ const int kAcross = 2;
 
 #include "include/classified.glsl"
 
-// Whether nothing shows around a place, for so many voxels along each axis: its brick's distance to occupied ones.
-bool is_far(int v, vec3 voxel, float around) {
-  const ivec3 bricks = view.volumes[v].bricks.xyz;
-  const ivec3 brick = clamp(ivec3(voxel) / kBrick, ivec3(0), bricks - 1);
-  const int word = view.volumes[v].bricks.w + kSkipWords * (brick.x + bricks.x * (brick.y + bricks.y * brick.z));
-  return float(kBrick * (int(skip(uint(word)) & 0xffu) - 1)) > around;
-}
-
 // Whether the cell of this voxel was computed and can show anything.
 bool shows(int v, ivec3 voxel) {
-  const ivec3 bricks = view.volumes[v].bricks.xyz;
-  const ivec3 brick = voxel / kBrick, cell = voxel % kBrick;
-  const int word = view.volumes[v].bricks.w + kSkipWords * (brick.x + bricks.x * (brick.y + bricks.y * brick.z));
+  const ivec3 cell = voxel % kBrick;
+  const uint word = skip_word(v, voxel / kBrick);
   // An empty brick's bits may be old.
-  const uint apart = skip(uint(word)) & 0xffu;
-  const uint row = skip(uint(word + kCellWord + 2 * cell.z + (cell.y >> 2)));
+  const uint apart = skip(word) & 0xffu;
+  const uint row = skip(word + uint(kCellWord + 2 * cell.z + (cell.y >> 2)));
   return apart == 0u && (row >> uint(cell.x + 8 * (cell.y & 3)) & 1u) != 0u;
 }
 
@@ -66,12 +57,7 @@ void main() {
   const vec3 size = view.volumes[v].size.xyz;
   const float aside_mm = 0.5 * push.volume.y / float(kAcross);
   float sum = 0.0;
-  const vec4 middle = vec4(vec3(cell), 1.0);
-  const vec3 middle_voxel = vec3(dot(push.voxel_from_cell[0], middle), dot(push.voxel_from_cell[1], middle),
-                                 dot(push.voxel_from_cell[2], middle));
-  const vec3 extent = abs(push.voxel_from_cell[0].xyz) + abs(push.voxel_from_cell[1].xyz) + abs(push.voxel_from_cell[2].xyz);
-  const bool empty = is_far(v, middle_voxel, 0.5 * (extent.x + extent.y + extent.z));
-  for (int k = 0; !empty && k < kAcross * kAcross * kAcross; ++k) {
+  for (int k = 0; k < kAcross * kAcross * kAcross; ++k) {
     const ivec3 part = ivec3(k % kAcross, k / kAcross % kAcross, k / (kAcross * kAcross));
     const vec3 place = vec3(cell) + (vec3(part) + 0.5) / float(kAcross) - 0.5;
     const vec4 at = vec4(place, 1.0);

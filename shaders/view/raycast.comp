@@ -107,9 +107,8 @@ vec4 texel(int v, vec3 at) {
 // counts as showing something everywhere: soft ones may have empty cells.
 bool occupied(int v, float t, out float end, out bool thin) {
   const ivec3 voxel = clamp(ivec3(start[v] + t * way[v]), ivec3(0), ivec3(view.volumes[v].size.xyz) - 1);
-  const ivec3 bricks = view.volumes[v].bricks.xyz;
   const ivec3 brick = voxel >> 3;
-  const uint word = uint(view.volumes[v].bricks.w + kSkipWords * (brick.x + bricks.x * (brick.y + bricks.y * brick.z)));
+  const uint word = skip_word(v, brick);
   const uint head = skip(word);
   const ivec3 block = voxel >> 1 & 3, cell = voxel & 7;
   const uint block_word = word + uint(block.z >> 1);

@@ -1,5 +1,6 @@
 // Pictures that were inspected and found correct: new ones must stay like them. Written again by
 // PALPATE_WRITE_GOLDEN=1 tests/view/view_test --gtest_filter='GoldenTest.*'; inspect them then.
+#include "module/view/letters.h"
 #include "module/view/stream_lines.h"
 #include "tests/view/picture_file.h"
 #include "tests/view/slow_rays.h"

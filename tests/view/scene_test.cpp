@@ -1,4 +1,5 @@
 // The order in depth, and left and right.
+#include "module/view/letters.h"
 #include "tests/view/picture_file.h"
 #include "tests/view/slow_rays.h"
 #include "tests/view/view_scenes.h"
@@ -156,38 +157,54 @@ TEST_F(SceneTest, AnEyeInsideAVolumeSeesItsWallAround) {
 }
 
 TEST_F(SceneTest, LettersStandBesideTheBoxFromWhereverItIsSeen) {
-  // No letter may be seen before or behind the box, and none may be lost.
-  const glm::dvec3 low(-0.03, -0.02, -0.04), high(0.03, 0.02, 0.04);
+  // No letter may be seen before or behind the box, and none may be lost. A single slice is flat.
   constexpr double kHeight = 0.006;
   Transform turned;
   turned.rotation = glm::angleAxis(0.4, glm::normalize(glm::dvec3(1.0, 2.0, -1.0)));
-  for (const Transform& place : {Transform{}, turned})
-    for (int azimuth = 10; azimuth < 360; azimuth += 25)
-      for (const int elevation : {-50, -20, 15, 40}) {
-        const double a = glm::radians(double(azimuth)), e = glm::radians(double(elevation));
-        const Eye eye = eye_at(
-            0.4 * glm::dvec3(std::cos(e) * std::sin(a), std::sin(e), std::cos(e) * std::cos(a)),
-            {0.0, 0.0, 0.0}, 0.5, kSceneSize);
-        Things things;
-        add_letters(things, place, low, high, eye, kHeight, kGreen);
-        // Rays to the letters' rods, in the box's own axes, against the box (slabs).
-        for (const RoundCone& rod : things) {
-          const glm::dvec3 from = place.volume_from_world(eye.position_m);
-          const glm::dvec3 way = place.volume_from_world(rod.from) - from;
-          double enters = 0.0, leaves = 1e9;
-          for (int axis = 0; axis < 3; ++axis) {
-            const double x0 = (low[axis] - from[axis]) / way[axis];
-            const double x1 = (high[axis] - from[axis]) / way[axis];
-            enters = std::max(enters, std::min(x0, x1));
-            leaves = std::min(leaves, std::max(x0, x1));
+  for (const double half_z : {0.04, 0.0})
+    for (const Transform& place : {Transform{}, turned})
+      for (int azimuth = 10; azimuth < 360; azimuth += 25)
+        for (const int elevation : {-50, -20, 15, 40}) {
+          const glm::dvec3 high(0.03, 0.02, half_z), low = -high;
+          const double a = glm::radians(double(azimuth)), e = glm::radians(double(elevation));
+          const Eye eye = eye_at(
+              0.4 * glm::dvec3(std::cos(e) * std::sin(a), std::sin(e), std::cos(e) * std::cos(a)),
+              {0.0, 0.0, 0.0}, 0.5, kSceneSize);
+          Things things;
+          add_letters(things, place, low, high, eye, kHeight, kGreen);
+          // Rays to the letters' rods, in the box's own axes, against the box (slabs).
+          for (const RoundCone& rod : things) {
+            const glm::dvec3 from = place.volume_from_world(eye.position_m);
+            const glm::dvec3 way = place.volume_from_world(rod.from) - from;
+            double enters = 0.0, leaves = 1e9;
+            for (int axis = 0; axis < 3; ++axis) {
+              const double x0 = (low[axis] - from[axis]) / way[axis];
+              const double x1 = (high[axis] - from[axis]) / way[axis];
+              enters = std::max(enters, std::min(x0, x1));
+              leaves = std::min(leaves, std::max(x0, x1));
+            }
+            ASSERT_GT(enters, leaves) << half_z << ": " << azimuth << ", " << elevation;
           }
-          ASSERT_GT(enters, leaves) << azimuth << ", " << elevation;
+          // As many strokes as from anywhere else.
+          Things straight;
+          add_letters(straight, {}, low, high, eye_, kHeight, kGreen);
+          EXPECT_EQ(things.size(), straight.size());
         }
-        // As many strokes as from anywhere else.
-        Things straight;
-        add_letters(straight, {}, low, high, eye_, kHeight, kGreen);
-        EXPECT_EQ(things.size(), straight.size());
-      }
+}
+
+TEST_F(SceneTest, LettersHaveAPlaceHoweverTheBoxIsSeen) {
+  // From straight ahead, edge-on, from inside, and a box without any size.
+  for (const glm::dvec3 high : {glm::dvec3(0.03), glm::dvec3(0.03, 0.02, 0.0), glm::dvec3(0.0)})
+    for (const glm::dvec3 from :
+         {glm::dvec3(0, 0, 0.3), glm::dvec3(0.3, 0, 0), glm::dvec3(0.0, 0.001, 0.01)}) {
+      Things things;
+      add_letters(things, {}, -high, high, eye_at(from, {0.0, 0.0, -0.001}, 0.5, kSceneSize), 0.006,
+                  kGreen);
+      ASSERT_FALSE(things.empty());
+      for (const RoundCone& rod : things)
+        for (const glm::dvec3 end : {rod.from, rod.to})
+          ASSERT_LT(glm::length(end), 0.2) << high.x << " from " << from.z;
+    }
 }
 
 TEST_F(SceneTest, LettersStandOnThePatientsSides) {
