@@ -462,6 +462,32 @@ void PairSolver::record_copy(vulkan::Recorder& recorder, size_t l, const vulkan:
                     {(level.cells.x + 63) / 64, level.cells.y, level.cells.z});
 }
 
+/// A fit that goes on from the field at which the choice began, with these equations and without
+/// the images.
+void PairSolver::record_refit(vulkan::Recorder& recorder, size_t l,
+                              const vulkan::Image* equations) {
+  const LevelPlan& level = plan_.levels[l];
+  const LevelImages& i = levels_[l];
+  const vulkan::Sampler& nearest = kernels_->nearest();
+  const shaders::UpdatePush push{wide(level.cells),
+                                 glm::vec4(level.cell_mm, 0),
+                                 {std::pow(plan_.options.damping / level.h_mm, 2),
+                                  plan_.options.largest_step * level.h_mm, 0, 0}};
+  record_copy(recorder, l, i.start, i.field, i.ahead);
+  for (int k = 0; k < kRefits; ++k) {
+    recorder.dispatch(kernels_->refit(),
+                      {active_list(),
+                       {equations[0], nearest},
+                       {equations[1], nearest},
+                       {equations[2], nearest},
+                       {i.ahead, nearest},
+                       {i.start, nearest},
+                       i.composed},
+                      push, slice_groups(active_));
+    record_filter(recorder, l, kRefitFilterSteps);
+  }
+}
+
 /// Chooses, cell by cell, whether the narrow window is added to the wide one, by what each predicts
 /// of cells that it did not see. The equations are made once, at the field so far; from there the
 /// fit goes on without the images and without a part of the cells, with each window, for two parts
@@ -495,30 +521,12 @@ void PairSolver::choose_window(size_t l, const FramePyramid& fixed, const FrameP
   leave_out(i.equations, i.whole, -1);
 
   // Fits without a part. The wide window is last, since its duals are those to go on with.
-  const auto per_mm2 = float(std::pow(plan_.options.damping / level.h_mm, 2));
-  const auto largest_mm = float(plan_.options.largest_step * level.h_mm);
   const vulkan::Image *gain = &i.gain[0], *gain_to = &i.gain[1];
   for (int part = 0; part < 2; ++part) {
     leave_out(i.whole, i.equations, part);
     record_windows(batch_, l);
     for (const bool is_narrow : {true, false}) {
-      const vulkan::Image* e = is_narrow ? narrow(l) : windowed(l);
-      record_copy(batch_, l, i.start, i.field, i.ahead);
-      for (int k = 0; k < kRefits; ++k) {
-        batch_.dispatch(
-            kernels_->refit(),
-            {active_list(),
-             {e[0], nearest},
-             {e[1], nearest},
-             {e[2], nearest},
-             {i.ahead, nearest},
-             {i.start, nearest},
-             i.composed},
-            shaders::UpdatePush{
-                wide(level.cells), glm::vec4(level.cell_mm, 0), {per_mm2, largest_mm, 0, 0}},
-            groups);
-        record_filter(batch_, l, kRefitFilterSteps);
-      }
+      record_refit(batch_, l, is_narrow ? narrow(l) : windowed(l));
       batch_.dispatch(
           kernels_->left_out_error(),
           {active_list(),

@@ -112,6 +112,7 @@ class PairSolver : public FieldSolver {
                const std::function<void(int)>& done);
   void record_copy(vulkan::Recorder& recorder, size_t l, const vulkan::Image& from,
                    const vulkan::Image& to, const vulkan::Image& to_as_well);
+  void record_refit(vulkan::Recorder& recorder, size_t l, const vulkan::Image* equations);
   void choose_window(size_t l, const FramePyramid& fixed, const FramePyramid& moving);
   void repair(size_t l, SolveReport& report);
   void judge(size_t l);
