@@ -242,7 +242,8 @@ class Browser:
 
     def open(self, address):
         self.call("Page.navigate", url=address)
-        self.wait("globalThis.palpate?.scene != null && palpate.state?.time_s != null")
+        # Chromium drops clicks on a page that it has not painted yet.
+        self.wait("globalThis.palpate?.scene != null && palpate.state?.time_s != null && performance.getEntriesByType('paint').length > 0")
 
     def close(self):
         self.call("Browser.close")
