@@ -16,8 +16,9 @@
 namespace palpate::view {
 
 /// How much light reaches each place between the volumes of a picture: cubic cells over all of
-/// them, at most kLongest along an axis, with ambient occlusion and soft shadow. Computed again
-/// only when something that it depends on has changed.
+/// them, at most kLongest along an axis, with ambient occlusion and soft shadow. The cells lie
+/// along the axes of the first volume and are scaled with it, so a scene that moves as a whole
+/// keeps them. Computed again only when something that it depends on has changed.
 class LightGrid {
  public:
   LightGrid(std::shared_ptr<vulkan::Context> context, Kernels& kernels);
@@ -41,17 +42,21 @@ class LightGrid {
   /// Ambient and direct light of each cell, 0 to 1.
   const vulkan::Image& light() const { return light_; }
 
+  /// How often it was computed, and of these how often only for another direction of the light.
+  int made() const { return made_; }
+  int turned() const { return turned_; }
+
  private:
   /// What the light depends on besides phases and looks.
   struct Depends {
-    std::vector<std::pair<const ShownVolume*, Transform>> volumes;
-    std::vector<glm::vec4> planes;
-    glm::vec4 light{0.0F};
-    glm::vec4 corner{0.0F};
+    std::vector<const ShownVolume*> volumes;
+    /// Rows: of each volume three, voxel = row . (cell, 1); then of each plane one, in cells.
+    std::vector<glm::dvec4> rows;
     glm::ivec3 cells{0};
-    bool operator==(const Depends&) const = default;
+    glm::dvec3 light{0.0};  ///< towards the light, along the axes of the cells
   };
-  void record_density(vulkan::Recorder& recorder, std::span<const ViewVolume> volumes,
+  static bool same_places(const Depends& a, const Depends& b);
+  void record_density(vulkan::Recorder& recorder, std::span<const double> edges_mm,
                       std::span<const ShownVolume* const> drawn, const Read& read);
 
   std::shared_ptr<vulkan::Context> context_;
@@ -59,6 +64,7 @@ class LightGrid {
   std::array<vulkan::Image, size_t(view_shaders::kLightLevels)> levels_;
   vulkan::Image light_;
   Depends known_;
+  int made_ = 0, turned_ = 0;
 };
 
 }  // namespace palpate::view

@@ -400,6 +400,8 @@ Result<Picture> VolumeRenderer::read_back(int eye) {
 
 ViewStatistics VolumeRenderer::statistics() {
   ViewStatistics statistics;
+  statistics.light_made = light_->made();
+  statistics.light_turned = light_->turned();
   const Status status = tried([&] {
     recorder_->wait();
     for (const auto& shown : shown_) statistics.frozen_nodes += shown->frozen().as<uint32_t>()[0];

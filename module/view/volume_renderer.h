@@ -39,6 +39,8 @@ struct ViewStatistics {
   uint64_t samples_taken = 0;   ///< of the last picture, if they are counted
   uint64_t samples_needed = 0;  ///< those with extinction where more than 1 % of the light is left
   uint32_t frozen_nodes = 0;    ///< of the last change of phase: places where back-tracking failed
+  int light_made = 0;           ///< so far, how often ambient occlusion and shadows were computed,
+  int light_turned = 0;         ///< and of these how often because only the light had turned
 };
 
 /// Draws volumes and things for one or two eyes, by compute alone. Everything but set_volumes runs

@@ -79,13 +79,14 @@ struct ViewParameters {
   ivec4 counts;            // eyes, planes, width, height
   vec4 backdrop;           // of a host's picture: 1 / t = x + y d, 1/m, for its depth d
   ViewRays light_rays[2];  // in cells of the light grid, see light.comp
-  vec4 light_corner;       // centre of its first cell, world, m; w: edge of a cell, m
+  vec4 light_planes[8];    // planes, in cells
+  vec4 light_way;          // towards the light, along the axes of the cells
   vec4 light_cells;        // along each axis; w: share of the light that can be taken
   ViewVolumeParameters volumes[8];
 };
 PALPATE_SIZE(ViewRays, 64);
 PALPATE_SIZE(ViewVolumeParameters, 256);
-PALPATE_SIZE(ViewParameters, 2544);
+PALPATE_SIZE(ViewParameters, 2672);
 
 // A round cone: the union of all spheres between two, with centre and radius blended.
 struct ViewThing {

@@ -58,8 +58,8 @@ void main() {
     for (int level = 0; level < kLightLevels; ++level) {
       const float far = float(1 << level);
       const int sharper = max(level - 1, 0);
-      depth += 0.5 * far * (depth_at(sharper, here + 1.25 * far * view.light.xyz) +
-                            depth_at(sharper, here + 1.75 * far * view.light.xyz));
+      depth += 0.5 * far * (depth_at(sharper, here + 1.25 * far * view.light_way.xyz) +
+                            depth_at(sharper, here + 1.75 * far * view.light_way.xyz));
     }
     light = vec2(min(2.0 * ambient, 1.0), exp(-depth));
   }

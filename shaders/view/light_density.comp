@@ -44,9 +44,9 @@ bool shows(int v, ivec3 voxel) {
 }
 
 bool is_kept(vec3 cell) {
-  const vec3 world = view.light_corner.xyz + view.light_corner.w * cell;
   bool kept = true;
-  for (int p = 0; p < view.counts.y; ++p) kept = kept && dot(view.planes[p].xyz, world) >= view.planes[p].w;
+  for (int p = 0; p < view.counts.y; ++p)
+    kept = kept && dot(view.light_planes[p].xyz, cell) >= view.light_planes[p].w;
   return kept;
 }
 

@@ -238,5 +238,76 @@ TEST_F(LightGridTest, IsMadeAnewWheneverSomethingChanges) {
   expect_fresh(eye, "another look");
 }
 
+TEST_F(LightGridTest, IsKeptWhereTheSceneMovesAsAWhole) {
+  const auto volume = still_volume(24, 2.0, floor_and_slab);
+  const auto other =
+      still_volume(24, 1.5, [](glm::dvec3 mm) { return glm::length(mm) < 14.0 ? 0.25 : 0.0; });
+  auto view = renderer({kGridSize, 1});
+  set(*view, {volume, other});
+  ViewScene scene;
+  scene.volumes = {{volume, {}, {}, white(0.02, 0.5, 0.5)}, {other, {}, {}, white(0.1, 0.5, 0.5)}};
+  scene.volumes[0].world_from_volume.scale = {1.0, 1.2, 0.9};
+  scene.volumes[1].world_from_volume.translation_m = {0.004, 0.006, 0.0};
+  scene.shadows = 0.8;
+  const ViewScene before = scene;
+  const Eye eye = eye_at({0.1, 0.1, 0.25}, {0.0, 0.0, 0.0}, 0.5, kGridSize);
+  const Picture first = draw(*view, scene, {eye}, kGridSize)[0];
+  EXPECT_EQ(view->statistics().light_made, 1);
+  // Volumes and eye are moved, turned and enlarged together.
+  const Transform moved{{0.3, -0.2, 1.0},
+                        glm::angleAxis(0.9, glm::normalize(glm::dvec3(1.0, -2.0, 0.5))),
+                        glm::dvec3(1.7)};
+  Eye with = eye;
+  with.position_m = moved.world_from_volume(eye.position_m);
+  with.orientation = moved.rotation * eye.orientation;
+  for (ViewVolume& one : scene.volumes) {
+    Transform& place = one.world_from_volume;
+    place = {moved.world_from_volume(place.translation_m), moved.rotation * place.rotation,
+             1.7 * place.scale};
+  }
+  const Picture again = draw(*view, scene, {with}, kGridSize)[0];
+  EXPECT_EQ(view->statistics().light_made, 1);
+  for (int y = 0; y < kGridSize.height; ++y)
+    for (int x = 0; x < kGridSize.width; ++x)
+      ASSERT_NEAR(channel(again, x, y, 0), channel(first, x, y, 0), 3) << x << ", " << y;
+  const auto expect_fresh = [&](const char* what) {
+    auto fresh = renderer({kGridSize, 1});
+    set(*fresh, {volume, other});
+    const Picture expected = draw(*fresh, scene, {eye}, kGridSize)[0];
+    const Picture found = draw(*view, scene, {eye}, kGridSize)[0];
+    for (int y = 0; y < kGridSize.height; ++y)
+      for (int x = 0; x < kGridSize.width; ++x)
+        ASSERT_NEAR(channel(found, x, y, 0), channel(expected, x, y, 0), 1) << what;
+  };
+  // Only moved: the light falls as before.
+  scene = before;
+  for (ViewVolume& one : scene.volumes) one.world_from_volume.translation_m.x += 0.01;
+  expect_fresh("moved");
+  EXPECT_EQ(view->statistics().light_made, 1);
+  // Turned below the light: what takes the light is the same.
+  scene = before;
+  const glm::dquat turn = glm::angleAxis(0.3, glm::dvec3(0.0, 1.0, 0.0));
+  for (ViewVolume& one : scene.volumes) {
+    Transform& place = one.world_from_volume;
+    place.translation_m = turn * place.translation_m;
+    place.rotation = turn * place.rotation;
+  }
+  expect_fresh("turned");
+  EXPECT_EQ(view->statistics().light_made, 2);
+  EXPECT_EQ(view->statistics().light_turned, 1);
+  // One of them moved against the other.
+  scene.volumes[1].world_from_volume.translation_m.y += 0.004;
+  expect_fresh("apart");
+  EXPECT_EQ(view->statistics().light_made, 3);
+  EXPECT_EQ(view->statistics().light_turned, 1);
+  // Both moved against a plane that cuts them.
+  scene.clips = {{{0.0, 0.0, -1.0}, -0.005}};
+  expect_fresh("cut");
+  for (ViewVolume& one : scene.volumes) one.world_from_volume.translation_m.z += 0.004;
+  expect_fresh("moved against the plane");
+  EXPECT_EQ(view->statistics().light_made, 5);
+  EXPECT_EQ(view->statistics().light_turned, 1);
+}
+
 }  // namespace
 }  // namespace palpate::test

@@ -254,8 +254,14 @@ XrResult xr_SyncActions(XrSession handle, const XrActionsSyncInfo* sync) {
   call.session->profiles = profiles;
   call.session->input_before = call.session->input;
   call.session->input = w.inputs;
-  for (const std::string& part : w.taps) call.session->input[part] = 1.0F;
-  w.taps.clear();
+  for (auto tap = w.taps.begin(); tap != w.taps.end();) {
+    const std::string part = *tap;
+    if (call.session->input_before[part] < 0.5F) {
+      call.session->input[part] = 1.0F;
+      w.taps.erase(tap);
+    }
+    tap = w.taps.upper_bound(part);
+  }
   for (const int side : {0, 1})
     if (const auto seen = w.fingers[side] ? w.fingers[side](w.time) : std::nullopt)
       call.session->input[std::string("/user/hand/") + (side ? "right" : "left") +

@@ -10,7 +10,8 @@ class World;
 /// by PALPATE_FAKE_XR_REMOTE, one command a line, looked at in every call.
 ///
 ///   input PATH VALUE                 a part of a controller, by its full path
-///   tap PATH                         a button, pressed as the program sees it next, then let go
+///   tap PATH                         a button, pressed as the program sees it next, then let go;
+///                                    of two taps the second one follows in the frame after
 ///   hand SIDE X Y Z [QX QY QZ QW]    0 left, 1 right: at rest there (room, m)
 ///   no-hand SIDE                     no controller is in it
 ///   fingers SIDE X Y Z GAP [DX DY DZ SECONDS]   a bare hand: its forefinger's tip, the air to the

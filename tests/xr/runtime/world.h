@@ -211,7 +211,7 @@ class World : public Control {
   PoseScript hands[2];
   FingerScript fingers[2];
   std::map<std::string, float> inputs;
-  std::set<std::string> taps;  ///< pressed for the next sync only
+  std::multiset<std::string> taps;  ///< each pressed for one sync, and let go for the next one
   uint64_t ended_frames = 0;
   Ended ended;
   std::vector<Quad> hanging;
