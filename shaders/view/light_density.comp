@@ -1,10 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface/view.h"
-// The extinction of a volume on the light grid: per cell the mean over kAcross^3 places. At each place it is the mean
-// over the values that the volume has about it (pre-integrated, as along a ray, see raycast.comp), so thin films and
-// steep transfer functions are not missed:
-//   depth = edge mean( kept(x) (S(v + a) - S(v - a)) / 2a ),  a = |grad v| edge / (2 kAcross)
+// The extinction of a volume on the light grid: per cell the mean over four places, at every other corner of a cube half
+// as wide (exact for a linear change). At each place it is the mean over the values that the volume has about it
+// (pre-integrated, as along a ray, see raycast.comp), so thin films and steep transfer functions are not missed:
+//   depth = edge mean( kept(x) (S(v + a) - S(v - a)) / 2a ),  a = |grad v| edge / 4
 // as the optical depth of one edge of the cell. What is cut away takes no light.
 //
 // binding  direction  format            shape                   unit
@@ -28,8 +28,6 @@ layout(set = 0, binding = 5) uniform sampler3D depth_before;
 layout(set = 0, binding = 6) uniform writeonly image3D depth;
 layout(push_constant) uniform Push { LightDensityPush push; };
 layout(constant_id = 0) const int kTexels = 1;
-
-const int kAcross = 2;
 
 #include "include/classified.glsl"
 
@@ -55,11 +53,11 @@ void main() {
   if (any(greaterThanEqual(cell, push.cells.xyz))) return;
   const int v = int(push.volume.x);
   const vec3 size = view.volumes[v].size.xyz;
-  const float aside_mm = 0.5 * push.volume.y / float(kAcross);
+  const float aside_mm = 0.25 * push.volume.y;
   float sum = 0.0;
-  for (int k = 0; k < kAcross * kAcross * kAcross; ++k) {
-    const ivec3 part = ivec3(k % kAcross, k / kAcross % kAcross, k / (kAcross * kAcross));
-    const vec3 place = vec3(cell) + (vec3(part) + 0.5) / float(kAcross) - 0.5;
+  for (int k = 0; k < 4; ++k) {
+    const vec3 way = vec3(k < 2 ? -1.0 : 1.0, (k & 1) == 0 ? -1.0 : 1.0, k == 0 || k == 3 ? -1.0 : 1.0);
+    const vec3 place = vec3(cell) + 0.25 * way;
     const vec4 at = vec4(place, 1.0);
     const vec3 voxel = vec3(dot(push.voxel_from_cell[0], at), dot(push.voxel_from_cell[1], at),
                             dot(push.voxel_from_cell[2], at));
@@ -76,7 +74,7 @@ void main() {
       sum += extinction * kept_of(v, surface_of(v, dot(slope, slope)));
     }
   }
-  sum *= push.volume.y / float(kAcross * kAcross * kAcross);
+  sum *= 0.25 * push.volume.y;
   if (push.cells.w != 0) sum += texelFetch(depth_before, cell, 0).x;
   imageStore(depth, cell, vec4(sum));
 }
