@@ -41,7 +41,8 @@ std::vector<charts::Span> spans_of(const std::vector<TickRow>& rows) {
   return spans;
 }
 
-/// "Segment   pool, colour 0.9 0.3 0.3: a wall of 4 N, 4000 N/m; where it is thin, ...".
+}  // namespace
+
 std::string segment_text(const Segment& segment, const VolumeSpec& volume) {
   const SegmentsSpec& spec = volume.segments;
   std::string text = fmt::format("Segment   {}, colour {:.2g} {:.2g} {:.2g}", segment.name,
@@ -53,16 +54,14 @@ std::string segment_text(const Segment& segment, const VolumeSpec& volume) {
   text +=
       fmt::format(": a wall of {:.3g} N, {:.4g} N/m", part->strength_n, part->stiffness_n_per_m);
   const glm::dvec3 scale = volume.transform.scale;
-  const WallHold holds =
-      wall_hold(*segment.distance_mm.front(), *part, std::cbrt(scale.x * scale.y * scale.z));
+  const double size = std::cbrt(scale.x * scale.y * scale.z);
+  const WallHold holds = wall_hold(*segment.distance_mm.front(), *part, size);
   if (holds.force_n < 0.95 * part->strength_n)
-    text +=
-        fmt::format("; a tenth of it is at most {:.2g} mm thick at this scale and holds {:.2g} N",
-                    1e3 * holds.thickness_m, holds.force_n);
+    text += fmt::format("; at {} a tenth of it is at most {:.2g} mm thick and holds {:.2g} N",
+                        size == 1.0 ? "its own size" : fmt::format("{:.2g} of its size", size),
+                        1e3 * holds.thickness_m, holds.force_n);
   return text;
 }
-
-}  // namespace
 
 std::vector<std::string> scene_lines(const LoadedScene& scene, bool live) {
   std::vector<std::string> lines;

@@ -19,6 +19,10 @@ using running::TickRow;
 /// from a live source.
 std::vector<std::string> scene_lines(const LoadedScene& scene, bool live);
 
+/// "Segment   pool, colour 0.9 0.3 0.3: a wall of 4 N, 4000 N/m; at 0.5 of its size a tenth of it
+/// is at most 1.4 mm thick and holds 1.1 N". volume: the one that it is a segment of.
+std::string segment_text(const Segment& segment, const VolumeSpec& volume);
+
 /// "coarse motion, 1 s left", then "refining: motion 3 of 20 steps, 25 s left"; nothing once it is
 /// done.
 std::string motion_text(const LiveMotion& motion);

@@ -2,6 +2,7 @@
 
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
+#include "integration/app/feel_report.h"
 #include "integration/app/feel_run.h"
 #include "integration/app/option_checks.h"
 #include "integration/app/progress.h"
@@ -23,6 +24,9 @@ int run(const running::SessionRequest& request) {
   const auto planned = plan(scene->spec, scene->data, scene->kinds);
   if (!planned) return fail(console, planned.error());
   console.say(text(**planned));
+  for (size_t v = 0; v < scene->data.size(); ++v)
+    for (const Segment& segment : scene->data[v]->segments)
+      console.say(segment_text(segment, scene->spec.volumes[v]));
   for (const MissingMotion& missing : scene->missing)
     console.say(fmt::format(
         "The motion of {} is not known yet: 'palpate feel' estimates it while the still frame is "

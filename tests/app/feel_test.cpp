@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
+#include <regex>
 #include <sstream>
 #include <thread>
 
@@ -435,6 +436,36 @@ TEST(Plan, NamesWhatIsNeededAndWhatIsLeftOut) {
   const Outcome molecule = run({"plan", "molecule"});
   EXPECT_THAT(molecule.out, AllOf(HasSubstr("turning, at the tick's own time"),
                                   HasSubstr("left out   phase, back-tracking, blending")));
+}
+
+TEST(Plan, SaysWhatAThinWallHolds) {
+  // A sheet of three voxels of 1 mm.
+  const TemporaryFolder folder;
+  Volume volume = small_heart(1).frames[0];
+  volume.grid.spacing_mm = glm::dvec3(1.0);
+  for (int z = 0, i = 0; z < volume.grid.size.z; ++z)
+    for (int k = 0; k < volume.grid.size.x * volume.grid.size.y; ++k, ++i)
+      volume.values[size_t(i)] = std::abs(z - volume.grid.size.z / 2) <= 1 ? 1.0F : 0.0F;
+  written(volume, folder / "sheet.mha");
+  const auto planned = [&](double scale) {
+    std::ofstream(folder / "sheet.json") << R"({"volumes": [{"name": "sheet", "files": "sheet.mha",
+      "segments": {"files": "sheet.mha"}, "transform": {"scale": )"
+                                         << scale << "}}]}";
+    const Outcome outcome = run({"plan", folder / "sheet.json"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return outcome.out;
+  };
+  EXPECT_THAT(planned(1.0), AllOf(HasSubstr("a wall of 4 N, 4000 N/m"), Not(HasSubstr("thick"))));
+  const std::string small = planned(0.25);
+  std::smatch found;
+  static const std::regex line(
+      "4000 N/m; at 0.25 of its size a tenth of it is at most ([0-9.]+) mm thick and holds "
+      "([0-9.]+) N");
+  ASSERT_TRUE(std::regex_search(small, found, line)) << small;
+  // A quarter of 3 mm, and as much as 4000 N/m have in the middle, less what smoothing takes there.
+  EXPECT_NEAR(std::stod(found[1]), 0.75, 0.2);
+  EXPECT_GT(std::stod(found[2]), 0.5);
+  EXPECT_LT(std::stod(found[2]), 1.6);
 }
 
 TEST(Feel, GuidesTheHandAlongAFlowAndDrawsItsTubes) {
