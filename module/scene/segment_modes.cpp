@@ -45,7 +45,7 @@ WallHold wall_hold(const FrameData& distance, const SegmentSpec& segment, double
   const TransferFunction strength = segment_strength(segment, scale);
   const double enough_m = segment.strength_n / (segment.stiffness_n_per_m * scale);
   const double walk_m = std::min(kWalkOfDetail * distance.detail_m(), kWalkOfEnough * enough_m);
-  std::vector<double> depths_m, forces_n;
+  std::vector<double> thick_m, forces_n;
   for (size_t p = 0; p < places.size(); p += 1 + places.size() / kPlaces) {
     glm::dvec3 x = places[p];
     double depth_m = 0.0, most_n = 0.0;
@@ -58,16 +58,23 @@ WallHold wall_hold(const FrameData& distance, const SegmentSpec& segment, double
       if (most_n >= segment.strength_n || !(steep > 0.0)) break;
       x += walk_m * here.gradient / steep;
     }
-    depths_m.push_back(depth_m);
     forces_n.push_back(most_n);
+    // Straight on from there to the other side; further than a wall needs to hold does not matter.
+    const double most_m = 4.0 * enough_m + 2.0 * distance.detail_m();
+    const glm::dvec3 slope = distance.scalar_gradient(places[p]);
+    const glm::dvec3 inwards = slope / std::max(glm::length(slope), 1e-9);
+    double through_m = depth_m;
+    while (through_m < most_m && distance.scalar(places[p] + through_m * inwards) > 0.0)
+      through_m += walk_m;
+    thick_m.push_back(through_m);
   }
-  if (depths_m.empty()) return {};
+  if (thick_m.empty()) return {};
   const auto at_thin_places = [](std::vector<double>& of) {
     const auto thin = of.begin() + ptrdiff_t(of.size() / 10);
     std::nth_element(of.begin(), thin, of.end());
     return *thin;
   };
-  return {at_thin_places(forces_n), 2.0 * scale * at_thin_places(depths_m)};
+  return {at_thin_places(forces_n), scale * at_thin_places(thick_m)};
 }
 
 double holding_stiffness(const FrameData& distance, const SegmentSpec& segment, double scale) {

@@ -33,9 +33,9 @@ struct WallHold {
 };
 
 /// Looks at some hundred places of a segment's border, inwards along the gradient of its distance
-/// (mm, above 0 inside) to where it is largest, at most as far as the strength grows: there is half
-/// of the thickness. A place holds the largest strength on this way, as a surface has it there
-/// (sure_strength()). For walls without a border: all 0. Any thread.
+/// (mm, above 0 inside) to where it is largest, at most as far as the strength grows. A place holds
+/// the largest strength on this way, as a surface has it there (sure_strength()), and is as thick
+/// as the way straight through it. For walls without a border: all 0. Any thread.
 WallHold wall_hold(const FrameData& distance, const SegmentSpec& segment, double scale);
 
 /// The stiffness with which a segment's wall holds its strength where it is thin, N/m: the least of

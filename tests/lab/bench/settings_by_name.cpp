@@ -47,7 +47,8 @@ std::map<std::string, Set> all_names() {
   part("yield_", &MotionOptions::yield, std::pair("window", &Y::window), std::pair("low", &Y::low),
        std::pair("high", &Y::high), std::pair("damping", &Y::damping),
        std::pair("smoothness", &Y::smoothness), std::pair("evidence", &Y::evidence),
-       std::pair("noise", &Y::noise), std::pair("flat", &Y::flat));
+       std::pair("noise", &Y::noise), std::pair("flat", &Y::flat),
+       std::pair("choose_after", &Y::choose_after));
   using S = SlidingOptions;
   part("sliding_", &MotionOptions::sliding, std::pair("cell", &S::cell),
        std::pair("cubic", &S::cubic), std::pair("limit", &S::limit), std::pair("share", &S::share),
