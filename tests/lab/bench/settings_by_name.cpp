@@ -48,7 +48,8 @@ std::map<std::string, Set> all_names() {
        std::pair("high", &Y::high), std::pair("damping", &Y::damping),
        std::pair("smoothness", &Y::smoothness), std::pair("evidence", &Y::evidence),
        std::pair("noise", &Y::noise), std::pair("flat", &Y::flat),
-       std::pair("choose_after", &Y::choose_after));
+       std::pair("choose_after", &Y::choose_after), std::pair("gain_low", &Y::gain_low),
+       std::pair("gain_high", &Y::gain_high));
   using S = SlidingOptions;
   part("sliding_", &MotionOptions::sliding, std::pair("cell", &S::cell),
        std::pair("cubic", &S::cubic), std::pair("limit", &S::limit), std::pair("share", &S::share),
