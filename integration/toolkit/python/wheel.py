@@ -27,8 +27,13 @@ SYSTEM = re.compile(r"(ld-linux-x86-64|libc|libm|libdl|libpthread|librt|libresol
 WINDOWS = re.compile(r"(libGL|libGLX|libGLdispatch|libX11|libXext|libXrender|libxcb|libxcb-shm|libxcb-render|libXau|libXdmcp)\.so\b")
 
 
-def run(*command):
-    return subprocess.run([str(part) for part in command], check=True, capture_output=True, text=True).stdout
+# Debian has several libraries under the names of BLAS and LAPACK, which OpenCV needs. The reference ones, where they are installed, make a wheel of
+# 29 MB, OpenBLAS one of 40 MB.
+REFERENCE = ":".join(str(folder) for name in ("lapack", "blas") for folder in sorted(Path("/usr/lib").glob(f"*-linux-gnu/{name}")))
+
+
+def run(*command, **environment):
+    return subprocess.run([str(part) for part in command], check=True, capture_output=True, text=True, env={**os.environ, **environment}).stdout
 
 
 def needed(file):
@@ -39,7 +44,7 @@ def libraries_of(files):
     """All shared libraries that files need, SYSTEM's left out: name -> file of this system."""
     found = {}
     for file in files:
-        for name, path in re.findall(r"(\S+) => (/\S+)", run("ldd", file)):
+        for name, path in re.findall(r"(\S+) => (/\S+)", run("ldd", file, LD_LIBRARY_PATH=REFERENCE)):
             if not SYSTEM.match(name) and not name.startswith("libpalpate"):
                 found[name] = Path(path).resolve()
     # ldd also lists what SYSTEM's libraries need.
