@@ -20,7 +20,6 @@ std::optional<MotionOptions> motion_preset(std::string_view name) {
     options.filter_steps = 4;
     options.search_work = 1e7;
     options.yield.window = 2.5;
-    options.yield.choose_after = 5;
     options.sliding.cell = 2;
   } else if (name == "best") {
     options.levels = {{16, 4, 7.0, 0.04, 0.01}, {25, 4, 3.0, 0.16}, {40, 4, 3.0, 0.1}};

@@ -42,7 +42,7 @@ struct YieldOptions {
   /// (see PairSolver::choose_window()); where the narrow one does, its share rises from 0 to 1 as
   /// its gain, relative to the structure, rises from gain_low to gain_high. 0: never
   int choose_after = 0;
-  double gain_low = 0.0015, gain_high = 0.003;
+  double gain_low = 0.0002, gain_high = 0.0006;
 };
 
 /// The last step (compute/motion/sliding_borders.h): the result on finer cells, with the borders at

@@ -101,7 +101,7 @@ TwoWindowsStep update_two(const Samples<NormalEquations>& wide,
 }
 
 bool is_left_out(glm::ivec3 cell, int part) {
-  return (cell.x / 2 + cell.y / 2 + cell.z / 2) % 2 == part;
+  return (cell.x / 4 + cell.y / 4 + cell.z / 4) % 2 == part;
 }
 
 Samples<NormalEquations> leave_out(const Samples<NormalEquations>& equations, int part) {
