@@ -59,7 +59,8 @@ WallHold wall_hold(const FrameData& distance, const SegmentSpec& segment, double
       x += walk_m * here.gradient / steep;
     }
     forces_n.push_back(most_n);
-    // Straight on from there to the other side; further than a wall needs to hold does not matter.
+    // Straight on to the other side, at most four times as far as the strength grows: enough for
+    // any wall that holds.
     const double most_m = 4.0 * enough_m + 2.0 * distance.detail_m();
     const glm::dvec3 slope = distance.scalar_gradient(places[p]);
     const glm::dvec3 inwards = slope / std::max(glm::length(slope), 1e-9);
