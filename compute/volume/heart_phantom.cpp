@@ -9,6 +9,7 @@
 #include "compute/volume/dual.h"
 #include "compute/volume/grid_samples.h"
 #include "compute/volume/phantom_texture.h"
+#include "compute/volume/portable.h"
 
 namespace palpate {
 namespace {
@@ -531,7 +532,7 @@ glm::dvec3 material_point(glm::dvec3 lps_mm, const Phase& phase) {
 }
 
 double voxel_of(const Grid& grid) {
-  return std::cbrt(grid.spacing_mm.x * grid.spacing_mm.y * grid.spacing_mm.z);
+  return portable::cube_root(grid.spacing_mm.x * grid.spacing_mm.y * grid.spacing_mm.z);
 }
 
 }  // namespace

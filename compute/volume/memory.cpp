@@ -4,11 +4,20 @@
 #include <cstdio>
 #include <fstream>
 
+#ifdef _WIN32
+#include <windows.h>
+#endif
+
 namespace palpate {
 namespace {
 
 /// 0 if the system does not report it.
 double available_memory_bytes() {
+#ifdef _WIN32
+  MEMORYSTATUSEX status{};
+  status.dwLength = sizeof status;
+  return GlobalMemoryStatusEx(&status) ? double(status.ullAvailPhys) : 0.0;
+#else
   std::ifstream info("/proc/meminfo");
   std::string key;
   double kilobytes = 0.0;
@@ -18,6 +27,7 @@ double available_memory_bytes() {
     if (key == "MemAvailable:") return kilobytes * 1024.0;
   }
   return 0.0;
+#endif
 }
 
 std::string number_text(const char* format, double number) {

@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "compute/volume/portable.h"
+
 namespace palpate {
 namespace {
 
@@ -83,7 +85,7 @@ std::vector<uint8_t> hull_of(const Grid& grid, const std::vector<uint8_t>& count
   const double turn = std::numbers::pi * (3.0 - std::sqrt(5.0));
   for (size_t d = 0; d < kHullSides; ++d) {
     const double z = 1.0 - 2.0 * (double(d) + 0.5) / kHullSides, r = std::sqrt(1.0 - z * z);
-    sides[d] = {r * std::cos(turn * double(d)), r * std::sin(turn * double(d)), z};
+    sides[d] = {r * portable::cos(turn * double(d)), r * portable::sin(turn * double(d)), z};
     most[d] = -std::numeric_limits<double>::infinity();
   }
   // Only the first and the last sample of a row can touch a plane.

@@ -8,6 +8,7 @@
 #include "compute/volume/dual.h"
 #include "compute/volume/grid_samples.h"
 #include "compute/volume/phantom_texture.h"
+#include "compute/volume/portable.h"
 
 namespace palpate {
 namespace {
@@ -39,7 +40,7 @@ constexpr double kWallBandVoxels = 5.0;
 /// s_k: 0 in frame 0, 1 half a cycle later.
 double beat_phase(int frame, int frames) {
   const int k = ((frame % frames) + frames) % frames;
-  return 0.5 * (1.0 - std::cos(2.0 * std::numbers::pi * k / frames));
+  return 0.5 * (1.0 - portable::cos(2.0 * std::numbers::pi * k / frames));
 }
 
 /// b(r) / r, which is finite at the centre.
@@ -128,7 +129,8 @@ double wall_growth(double s) {
 Volume shell_frame(const Grid& grid, double s, uint32_t seed, uint32_t noise_seed,
                    double noise_sd) {
   Volume frame{grid, std::vector<float>(grid.count())};
-  const double voxel_mm = std::cbrt(grid.spacing_mm.x * grid.spacing_mm.y * grid.spacing_mm.z);
+  const double voxel_mm =
+      portable::cube_root(grid.spacing_mm.x * grid.spacing_mm.y * grid.spacing_mm.z);
   const double growth = wall_growth(s);
   for_each_sample(grid, 500.0, [&](size_t offset, glm::dvec3 lps_mm) {
     const double value =

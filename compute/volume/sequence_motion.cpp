@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "compute/volume/portable.h"
+
 namespace palpate {
 namespace {
 
@@ -79,7 +81,7 @@ TimeWeights TimeBasis::at(int frame, double phase) const noexcept {
     add(0, 1.0);
     for (int n = 1; n < int(terms()); ++n) {
       const double angle = 2.0 * std::numbers::pi * double((n + 1) / 2) * (frame + q) / frames;
-      add(n, n % 2 == 1 ? std::cos(angle) : std::sin(angle));
+      add(n, n % 2 == 1 ? portable::cos(angle) : portable::sin(angle));
     }
     return weights;
   }

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "compute/volume/parallel.h"
+#include "compute/volume/portable.h"
 
 namespace palpate {
 namespace {
@@ -113,7 +114,7 @@ struct GaussianAlong {
     const int radius = int(std::ceil(3.5 * sigma_samples));
     double sum = 0.0;
     for (int i = 0; i <= radius; ++i) {
-      weight.push_back(std::exp(-0.5 * i * i / (sigma_samples * sigma_samples)));
+      weight.push_back(portable::exp(-0.5 * i * i / (sigma_samples * sigma_samples)));
       sum += (i ? 2.0 : 1.0) * weight.back();
     }
     for (double& w : weight) w /= sum;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "compute/volume/portable.h"
 #include "integration/app/feel_run.h"
 #include "integration/app/progress.h"
 #include "integration/app/session_flags.h"
@@ -54,7 +55,7 @@ std::string segment_text(const Segment& segment, const VolumeSpec& volume) {
   text +=
       fmt::format(": a wall of {:.3g} N, {:.4g} N/m", part->strength_n, part->stiffness_n_per_m);
   const glm::dvec3 scale = volume.transform.scale;
-  const double size = std::cbrt(scale.x * scale.y * scale.z);
+  const double size = portable::cube_root(scale.x * scale.y * scale.z);
   const WallHold holds = wall_hold(*segment.distance_mm.front(), *part, size);
   if (holds.force_n < 0.95 * part->strength_n)
     text += fmt::format("; at {} a tenth of it is at most {:.2g} mm thick and holds {:.2g} N",

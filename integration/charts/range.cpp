@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "compute/volume/portable.h"
+
 namespace palpate::charts {
 namespace {
 
@@ -53,7 +55,7 @@ Range round_range(const std::vector<double>& values) {
 void visit_samples(const Grid& grid, size_t limit, const std::function<void(glm::dvec3)>& visit) {
   // One stride for all axes keeps the samples spread like the grid itself.
   const double ratio = double(grid.count()) / double(std::max<size_t>(limit, 1));
-  const int stride = std::max(1, int(std::ceil(std::cbrt(ratio))));
+  const int stride = std::max(1, int(std::ceil(portable::cube_root(ratio))));
   for (int k = 0; k < grid.size.z; k += stride) {
     for (int j = 0; j < grid.size.y; j += stride) {
       for (int i = 0; i < grid.size.x; i += stride) visit(grid.lps_from_index({i, j, k}));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "compute/volume/portable.h"
 #include "integration/files/frames.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
@@ -66,7 +67,7 @@ Result<double> shown_scale(const LoadedScene& scene, const VolumeSpec& spec,
   const auto start = start_transform(spec, volume);
   if (!start) return start.error();
   const glm::dvec3 scale = start->scale;
-  return std::cbrt(scale.x * scale.y * scale.z) *
+  return portable::cube_root(scale.x * scale.y * scale.z) *
          (scene.from_sequence ? scale_to_reach(*volume.frames.front(), kUsualReach_m) : 1.0);
 }
 

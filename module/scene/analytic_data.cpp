@@ -7,6 +7,7 @@
 
 #include "compute/volume/heart_phantom.h"
 #include "compute/volume/phantom.h"
+#include "compute/volume/portable.h"
 #include "module/scene/transform.h"
 
 namespace palpate {
@@ -143,8 +144,8 @@ std::vector<glm::dvec3> dichloroethane_atoms_m() {
   // The second carbon lies along +x; the three others turn about that axis by 120 degrees.
   const auto bound = [&](double length, double turn_degrees) {
     const double turn = turn_degrees / 180.0 * std::numbers::pi;
-    const glm::dvec3 along(std::cos(angle), std::sin(angle) * std::cos(turn),
-                           std::sin(angle) * std::sin(turn));
+    const glm::dvec3 along(portable::cos(angle), portable::sin(angle) * portable::cos(turn),
+                           portable::sin(angle) * portable::sin(turn));
     return carbon + length * along;
   };
   std::vector<glm::dvec3> atoms{bound(kBondCCl, 0.0), carbon, bound(kBondCH, 120.0),

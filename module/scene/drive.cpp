@@ -5,6 +5,8 @@
 #include <glm/gtc/constants.hpp>
 #include <limits>
 
+#include "compute/volume/portable.h"
+
 namespace palpate {
 
 namespace {
@@ -19,7 +21,7 @@ glm::dvec3 blend(const glm::dvec3& a, const glm::dvec3& b, double share) noexcep
   return a + share * (b - a);
 }
 glm::dquat blend(const glm::dquat& a, const glm::dquat& b, double share) noexcept {
-  return glm::normalize(glm::slerp(a, b, share));  // GLM takes the shorter way
+  return between(a, b, share);
 }
 
 template <class T>
@@ -137,11 +139,12 @@ Transform driven(const DriveSpec& drive, const Transform& start, double time_s) 
   const glm::dvec3 axis = drive.axis / length;
   Transform pose = start;
   if (drive.kind == DriveSpec::Kind::kTurn) {
-    const glm::dquat turn = glm::angleAxis(angle, axis);
+    const auto [sine, cosine] = portable::sin_cos(0.5 * angle);
+    const glm::dquat turn(cosine, sine * axis);
     pose.rotation = glm::normalize(turn * start.rotation);
     pose.translation_m = drive.centre_m + turn * (start.translation_m - drive.centre_m);
   } else if (drive.kind == DriveSpec::Kind::kSwing) {
-    pose.translation_m += axis * (drive.amplitude_m * std::sin(angle));
+    pose.translation_m += axis * (drive.amplitude_m * portable::sin(angle));
   }
   return pose;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compute/volume/portable.h"
+
 namespace palpate {
 
 TransferFunction segment_strength(const SegmentSpec& segment, double scale) {
@@ -105,7 +107,7 @@ std::vector<ModeSpec> modes_of(const SceneSpec& spec) {
       wall.name = taken ? volume.name + ": " + segment.name : segment.name;
       wall.volume = volume.name;
       wall.segment = segment.name;
-      wall.strength = segment_strength(segment, std::cbrt(s.x * s.y * s.z));
+      wall.strength = segment_strength(segment, portable::cube_root(s.x * s.y * s.z));
       wall.friction = TransferFunction::constant(segment.friction);
       modes.push_back(std::move(wall));
     }

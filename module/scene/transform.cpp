@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "compute/volume/portable.h"
+
 namespace palpate {
 namespace {
 
@@ -36,6 +38,17 @@ Result<Transform> split(const glm::dmat4& m) {
     return refused("it is sheared (its axes are not at right angles)");
   t.rotation = glm::normalize(glm::quat_cast(a));
   return t;
+}
+
+glm::dquat between(const glm::dquat& from, glm::dquat to, double share) noexcept {
+  if (glm::dot(from, to) < 0.0) to = -to;
+  const glm::dquat way = glm::conjugate(from) * to;
+  const glm::dvec3 axis(way.x, way.y, way.z);
+  const double sine = glm::length(axis);
+  // So near that the chord is the arc to rounding.
+  if (sine < 1e-9) return glm::normalize(from * (1.0 - share) + to * share);
+  const auto [s, c] = portable::sin_cos(share * portable::atan2(sine, way.w));
+  return glm::normalize(from * glm::dquat(c, s / sine * axis));
 }
 
 Status check(const Transform& t) {

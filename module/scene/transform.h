@@ -29,6 +29,9 @@ struct Transform {
   bool operator==(const Transform&) const = default;
 };
 
+/// The rotation a `share` of the shorter way from one to another, both of unit length (slerp).
+glm::dquat between(const glm::dquat& from, glm::dquat to, double share) noexcept;
+
 /// Splits a 4 x 4 matrix (column vectors, as OpenXR and GLM have it). kBadInput, in one sentence,
 /// for what a hand can not be given: not affine, not finite, a mirror (determinant <= 0), shear
 /// (columns more than 1e-6 off a right angle), a scale outside 1e-4 to 1e4. Any thread; does not

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <vector>
 
+#include "compute/volume/portable.h"
+
 namespace palpate {
 
 namespace {
@@ -122,7 +124,7 @@ WallQuality wall_quality(const Volume& frame, WallValue at, double deeper) {
     for (int d = 0; d < kDirections; ++d) {
       const double angle = 2.0 * std::numbers::pi * d / kDirections;
       const glm::dvec3 aside =
-          place + quality.aside_mm * (std::cos(angle) * along + std::sin(angle) * across);
+          place + quality.aside_mm * (portable::cos(angle) * along + portable::sin(angle) * across);
       // Beyond the data nobody feels.
       const glm::dvec3 there = grid.index_from_lps(aside);
       if (glm::any(glm::lessThan(there, glm::dvec3(0.0))) ||

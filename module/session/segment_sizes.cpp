@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "compute/volume/portable.h"
 #include "module/session/moved_volume.h"
 
 namespace palpate {
@@ -158,7 +159,7 @@ SegmentSizes segment_sizes(const MovingVolume& volume, std::stop_token stop) {
   if (volume.segments.empty()) return sizes;
   const FrameData& frame = *volume.frames.front();
   const glm::dvec3 extent_m = frame.high_m() - frame.low_m();
-  const double edge_m = std::cbrt(extent_m.x * extent_m.y * extent_m.z / kSizeSamples);
+  const double edge_m = portable::cube_root(extent_m.x * extent_m.y * extent_m.z / kSizeSamples);
   const double edge_mm = 1e3 * edge_m, sample_ml = 1e-3 * edge_mm * edge_mm * edge_mm;
   const std::vector<double>& times_s = volume.times.times_s;
   const size_t known = std::min(volume.segments_frame, times_s.size() - 1);

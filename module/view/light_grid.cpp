@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "compute/volume/portable.h"
 #include "module/view/parameters.h"
 
 namespace palpate::view {
@@ -27,7 +28,7 @@ constexpr int kMultiple = 1 << (kLightLevels - 1);
 
 /// By how much a volume is scaled on the whole.
 double scale_of(const Transform& transform) {
-  return std::cbrt(transform.scale.x * transform.scale.y * transform.scale.z);
+  return portable::cube_root(transform.scale.x * transform.scale.y * transform.scale.z);
 }
 
 /// Where the grid is: along the axes of the volume, scaled with it, with cubic cells.

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "compute/volume/portable.h"
+
 namespace palpate {
 namespace {
 
@@ -13,9 +15,9 @@ glm::dvec3 angular_velocity(glm::dvec3 theta, glm::dvec3 theta_rate) {
   const double a2 = glm::dot(theta, theta), a = std::sqrt(a2);
   double b = 0.5 - a2 / 24.0, c = 1.0 / 6.0 - a2 / 120.0;
   if (a > kSmallAngle) {
-    const double half = std::sin(0.5 * a);
+    const double half = portable::sin(0.5 * a);
     b = 2.0 * half * half / a2;
-    c = (a - std::sin(a)) / (a2 * a);
+    c = (a - portable::sin(a)) / (a2 * a);
   }
   const glm::dvec3 once = glm::cross(theta, theta_rate);
   return theta_rate - b * once + c * glm::cross(theta, once);
@@ -24,8 +26,9 @@ glm::dvec3 angular_velocity(glm::dvec3 theta, glm::dvec3 theta_rate) {
 /// Its inverse: the theta' that gives this angular velocity. |theta| <= pi.
 glm::dvec3 rotation_rate(glm::dvec3 theta, glm::dvec3 velocity) {
   const double a2 = glm::dot(theta, theta), half = 0.5 * std::sqrt(a2);
-  const double c =
-      half > kSmallAngle ? (1.0 - half / std::tan(half)) / a2 : 1.0 / 12.0 + a2 / 720.0;
+  const double c = half > kSmallAngle
+                       ? (1.0 - half * portable::cos(half) / portable::sin(half)) / a2
+                       : 1.0 / 12.0 + a2 / 720.0;
   const glm::dvec3 once = glm::cross(theta, velocity);
   return velocity + 0.5 * once + c * glm::cross(theta, once);
 }
@@ -74,7 +77,7 @@ glm::dquat quaternion_of(glm::dvec3 rotation) {
     return {cosine, 0.5 * sinc * rotation};
   }
   const double half = std::sqrt(squared);
-  return {std::cos(half), std::sin(half) / (2.0 * half) * rotation};
+  return {portable::cos(half), portable::sin(half) / (2.0 * half) * rotation};
 }
 
 glm::dvec3 rotation_of(glm::dquat q) {
@@ -82,7 +85,7 @@ glm::dvec3 rotation_of(glm::dquat q) {
   const glm::dvec3 v(q.x, q.y, q.z);
   const double s = glm::length(v);
   if (s < kSmallAngle) return (2.0 + s * s / 3.0) * v;
-  return 2.0 * std::atan2(s, q.w) / s * v;
+  return 2.0 * portable::atan2(s, q.w) / s * v;
 }
 
 PoseRate difference(const Transform& from, const Transform& to) {
@@ -90,7 +93,8 @@ PoseRate difference(const Transform& from, const Transform& to) {
   // Equal bits give zero, not a rounding of it: that is how standing still is told.
   if (to.rotation != from.rotation)
     way.rotation = rotation_of(glm::conjugate(from.rotation) * to.rotation);
-  if (to.scale != from.scale) way.log_scale = glm::log(to.scale / from.scale);
+  if (to.scale != from.scale)
+    for (int a = 0; a < 3; ++a) way.log_scale[a] = portable::log(to.scale[a] / from.scale[a]);
   return way;
 }
 
@@ -116,7 +120,10 @@ Transform PoseCurve::pose(double share) const {
     // A product of unit quaternions is off by rounding only: one Newton step of 1 / root.
     t.rotation = t.rotation * (1.5 - 0.5 * glm::dot(t.rotation, t.rotation));
   }
-  if (scales_) t.scale *= glm::exp(value(log_scale_, share));
+  if (scales_) {
+    const glm::dvec3 grown = value(log_scale_, share);
+    for (int a = 0; a < 3; ++a) t.scale[a] *= portable::exp(grown[a]);
+  }
   return t;
 }
 

@@ -154,7 +154,7 @@ Transform MovingPose::paper_pose(int64_t now_ns) const {
   if (share >= 1.0) return paper_to_;
   Transform t;
   t.translation_m = glm::mix(paper_from_.translation_m, paper_to_.translation_m, share);
-  t.rotation = glm::normalize(glm::slerp(paper_from_.rotation, paper_to_.rotation, share));
+  t.rotation = between(paper_from_.rotation, paper_to_.rotation, share);
   t.scale = glm::mix(paper_from_.scale, paper_to_.scale, share);
   return t;
 }

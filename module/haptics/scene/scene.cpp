@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "compute/volume/portable.h"
 #include "module/scene/drive.h"
 #include "module/scene/segment_modes.h"
 
@@ -89,7 +90,7 @@ std::vector<glm::dvec3> points_of(const SceneSpec& spec) {
   std::vector<glm::dvec3> points;
   for (int i = 0; i < around; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / around;
-    points.push_back(radius_m * glm::dvec3(std::cos(angle), std::sin(angle), 0.0));
+    points.push_back(radius_m * glm::dvec3(portable::cos(angle), portable::sin(angle), 0.0));
   }
   if (spec.tool_points > around) points.emplace_back(0.0);
   return points;

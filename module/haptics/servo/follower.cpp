@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "compute/volume/portable.h"
 #include "module/haptics/force_vector.h"
 
 namespace palpate {
@@ -13,7 +14,7 @@ glm::dvec3 Follower::step(glm::dvec3 target_m, double dt_s) noexcept {
   const glm::dvec3 away = shortened(place_m_ - target_m, 2.0 * speed_m_per_s_ / w);
   const glm::dvec3 counted_m = place_m_ - away;
   const glm::dvec3 slope = velocity_m_per_s_ + w * away;
-  const double decay = std::exp(-w * dt_s);
+  const double decay = portable::exp(-w * dt_s);
   place_m_ = counted_m + (away + slope * dt_s) * decay;
   velocity_m_per_s_ = shortened((velocity_m_per_s_ - w * slope * dt_s) * decay, speed_m_per_s_);
   return place_m_;
