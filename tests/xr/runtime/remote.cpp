@@ -78,19 +78,27 @@ PoseScript glide(const XrPosef& from, XrVector3f by, XrTime start, double second
 
 void write_pictures(const std::string& file, const std::vector<Picture>& pictures) {
   if (pictures.empty() || pictures[0].light.empty()) return;
+  // Above the k-th of these, light is written as the byte k + 1 at least.
+  static const std::array<float, 255> steps = [] {
+    std::array<float, 255> between{};
+    for (size_t k = 0; k < between.size(); ++k)
+      between[k] = float(linear_of_srgb((double(k) + 0.5) / 255.0));
+    return between;
+  }();
   const uint32_t width = pictures[0].width, height = pictures[0].height;
-  std::ofstream stream(file, std::ios::binary);
-  stream << "P6\n" << pictures.size() * width << " " << height << "\n255\n";
+  std::string bytes;
+  bytes.reserve(size_t(3) * width * height * pictures.size());
   for (uint32_t y = 0; y < height; ++y)
     for (const Picture& picture : pictures)
       for (uint32_t x = 0; x < width; ++x) {
         const std::array<float, 4>& pixel = picture.light[size_t(y) * width + x];
         for (size_t c = 0; c < 3; ++c) {
-          const double v = std::clamp(double(pixel[c]), 0.0, 1.0);
-          const double e = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1.0 / 2.4) - 0.055;
-          stream.put(char(uint8_t(std::lround(255.0 * e))));
+          const auto above = std::upper_bound(steps.begin(), steps.end(), pixel[c]);
+          bytes += char(uint8_t(above - steps.begin()));
         }
       }
+  std::ofstream stream(file, std::ios::binary);
+  stream << "P6\n" << pictures.size() * width << " " << height << "\n255\n" << bytes;
 }
 
 /// Distances along the eyes' axes, m; infinite where there is nothing.

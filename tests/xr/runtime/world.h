@@ -276,6 +276,7 @@ void destroy_image(Session& session, SwapchainImage& image);
 bool read_back(Session& session, const Swapchain& chain, uint32_t layer, const XrRect2Di& rect,
                std::vector<uint32_t>& words);
 
+double linear_of_srgb(double value);
 /// The words of an image as a compositor reads them: formats other than _SRGB are linear (OpenXR
 /// 1.0, XrSwapchain).
 std::vector<std::array<float, 4>> light_of(VkFormat format, const std::vector<uint32_t>& words);
