@@ -11,8 +11,8 @@
 #include <string_view>
 
 #include "integration/devices/force_devices.h"
-#include "integration/devices/monotonic.h"
 #include "integration/files/text.h"
+#include "module/haptics/servo/monotonic.h"
 
 /// A force device of your own, on UDP: each exchange is one datagram to the device and one back.
 /// palpate provides the thread, the check of positions, the reaction to silence, and all limits of
@@ -84,10 +84,10 @@ class Link final : public DeviceLink {
   LinkAnswer exchange(glm::dvec3 force_n) override {
     LinkAnswer answer;
     answer.lost = !send(force_n);
-    const int64_t end_ns = now_ns() + wait_ns_;
+    const int64_t end_ns = palpate::monotonic_ns() + wait_ns_;
     // A late answer to an older command is skipped.
     while (!answer.answered && !answer.garbage && !answer.lost) {
-      const int64_t left_ns = end_ns - now_ns();
+      const int64_t left_ns = end_ns - palpate::monotonic_ns();
       if (left_ns <= 0) break;
       pollfd file{socket_, POLLIN, 0};
       const timespec time{time_t(left_ns / 1'000'000'000), long(left_ns % 1'000'000'000)};

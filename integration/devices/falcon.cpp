@@ -10,10 +10,10 @@
 #include "integration/devices/falcon_judge.h"
 #include "integration/devices/falcon_kinematics.h"
 #include "integration/devices/falcon_link.h"
-#include "integration/devices/monotonic.h"
 #include "integration/devices/usb_faults.h"
 #include "integration/devices/usb_watch.h"
 #include "integration/devices/wake.h"
+#include "module/haptics/servo/monotonic.h"
 
 namespace palpate::devices {
 namespace {
@@ -135,7 +135,7 @@ FalconCounts FalconDevice::Worker::counts() const noexcept {
 // ---- the servo's half -------------------------------------------------------------------------
 
 DeviceReading FalconDevice::Worker::exchange(const DeviceCommand& command) noexcept {
-  last_exchange_ns_.store(now_ns(), std::memory_order_relaxed);
+  last_exchange_ns_.store(monotonic_ns(), std::memory_order_relaxed);
   User ready = User::kNobody;
   if (!user_.compare_exchange_strong(ready, User::kServo, std::memory_order_acquire)) {
     last_.fault = absent_.load(std::memory_order_relaxed);
@@ -160,7 +160,7 @@ bool FalconDevice::Worker::exchange_owned(const DeviceCommand& command) noexcept
   if (!outcome.answered) missed_.fetch_add(1, std::memory_order_relaxed);
   rejected_bytes_.store(link_->rejected_bytes(), std::memory_order_relaxed);
 
-  falcon::FalconJudge::FalconExchange seen{std::nullopt, outcome.garbage, now_ns(), force_n};
+  falcon::FalconJudge::FalconExchange seen{std::nullopt, outcome.garbage, monotonic_ns(), force_n};
   if (outcome.answered) seen.answer = link_->newest();
   last_ = judge_.judge(seen);
   if (outcome.problem != UsbProblem::kNone) {
@@ -220,7 +220,7 @@ void FalconDevice::Worker::run() {
 /// ever.
 void FalconDevice::Worker::guard() noexcept {
   if (!pushing_.load(std::memory_order_relaxed)) return;
-  if (now_ns() - last_exchange_ns_.load(std::memory_order_relaxed) < options_.away_ns) return;
+  if (monotonic_ns() - last_exchange_ns_.load(std::memory_order_relaxed) < options_.away_ns) return;
   // Counted before it is sent, so that the count is there when the force has ended.
   was_cut_.store(true, std::memory_order_release);
   cuts_.fetch_add(1, std::memory_order_release);

@@ -1,8 +1,7 @@
 #include "integration/devices/falcon_link.h"
+#include "module/haptics/servo/monotonic.h"
 
 #include <algorithm>
-
-#include "integration/devices/monotonic.h"
 
 namespace palpate::devices::falcon {
 
@@ -34,12 +33,12 @@ FalconLink::FalconOutcome FalconLink::exchange(const Packet& command, int64_t wa
   problem_ = usb::UsbProblem::kNone;
   owed_ += cuts_owed_.exchange(0, std::memory_order_acq_rel);
   if (in_flying_ || out_flying_ || cut_flying_.load(std::memory_order_acquire)) waiter_.handle();
-  if (unsure_ && owed_ == 0) read_surplus(now_ns() + wait_ns);
-  const int64_t end = now_ns() + wait_ns;
+  if (unsure_ && owed_ == 0) read_surplus(monotonic_ns() + wait_ns);
+  const int64_t end = monotonic_ns() + wait_ns;
   if (problem_ == usb::UsbProblem::kNone && !in_flying_) submit_in();
   if (problem_ == usb::UsbProblem::kNone && !out_flying_) submit_out(command);
   while (problem_ == usb::UsbProblem::kNone && (owed_ > 0 || out_flying_)) {
-    const int64_t left = end - now_ns();
+    const int64_t left = end - monotonic_ns();
     if (left <= 0) break;
     waiter_.wait(left);
   }
@@ -55,7 +54,7 @@ void FalconLink::read_surplus(int64_t until_ns) noexcept {
   do {
     if (!in_flying_) submit_in();
     while (problem_ == usb::UsbProblem::kNone && in_flying_) {
-      const int64_t left = until_ns - now_ns();
+      const int64_t left = until_ns - monotonic_ns();
       if (left <= 0) return;
       waiter_.wait(left);
     }
@@ -79,8 +78,9 @@ void FalconLink::retire() noexcept {
   if (in_flying_) libusb_cancel_transfer(in_.get());
   if (out_flying_) libusb_cancel_transfer(out_.get());
   if (cut_flying_) libusb_cancel_transfer(cut_.get());
-  const int64_t end = now_ns() + 200'000'000;
-  while ((in_flying_ || out_flying_ || cut_flying_) && now_ns() < end) waiter_.wait(5'000'000);
+  const int64_t end = monotonic_ns() + 200'000'000;
+  while ((in_flying_ || out_flying_ || cut_flying_) && monotonic_ns() < end)
+    waiter_.wait(5'000'000);
   stream_.drop_rest();
   cuts_owed_ = 0;
 }

@@ -7,18 +7,21 @@
 #include <utility>
 #include <vector>
 
-#include "integration/devices/falcon.h"
 #include "integration/devices/force_dimension.h"
 #include "integration/devices/haply.h"
 #include "integration/devices/mailbox_device.h"
-#include "integration/devices/polhem.h"
 #include "integration/devices/touch.h"
+#ifndef _WIN32
+#include "integration/devices/falcon.h"
+#include "integration/devices/polhem.h"
+#endif
 
 namespace palpate::devices {
 namespace {
 
 using DeviceResult = Result<std::unique_ptr<ForceDevice>>;
 
+#ifndef _WIN32
 // ---- Novint Falcon
 
 DeviceResult make_falcon(const ForceDeviceOptions& options) {
@@ -33,6 +36,8 @@ DeviceResult make_falcon(const ForceDeviceOptions& options) {
 bool falcon_may_be_there(const ForceDeviceOptions&) {
   return FalconDevice::is_plugged_in();
 }
+
+#endif
 
 // ---- Haply
 
@@ -114,6 +119,7 @@ bool touch_may_be_there(const ForceDeviceOptions&) {
   return touch_library_is_there({});
 }
 
+#ifndef _WIN32
 // ---- Polhem
 
 DeviceResult make_polhem(const ForceDeviceOptions& options) {
@@ -126,11 +132,16 @@ bool polhem_may_be_there(const ForceDeviceOptions& options) {
   return !options.address.empty() || !polhem_ports().empty();
 }
 
+#endif
+
+/// On Windows without those that palpate drives itself on a bus of the system.
 std::vector<ForceDeviceKind>& kinds() {
   static std::vector<ForceDeviceKind> all{
+#ifndef _WIN32
       ForceDeviceKind{"falcon", "Novint Falcon", "usb 1-2",
                       "Pull the grip all the way out, then push it all the way in.",
                       falcon_may_be_there, make_falcon, false},
+#endif
       ForceDeviceKind{"haply", "Haply Inverse3", "049D, or localhost:10001",
                       "Calibrate it as its maker says: Haply Hub shows how.", haply_may_be_there,
                       make_haply, true},
@@ -141,9 +152,11 @@ std::vector<ForceDeviceKind>& kinds() {
                       "Put the pen into its inkwell for two seconds and take it out again; a "
                       "device without one is calibrated with its maker's program.",
                       touch_may_be_there, make_touch, true},
+#ifndef _WIN32
       ForceDeviceKind{"polhem", "Polhem or WoodenHaptics arm", "/dev/ttyACM0",
                       "Put the arm where its maker says and calibrate it with its maker's program.",
                       polhem_may_be_there, make_polhem, true},
+#endif
   };
   return all;
 }

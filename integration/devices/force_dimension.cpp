@@ -1,11 +1,12 @@
 #include "integration/devices/force_dimension.h"
 
-#include <dlfcn.h>
-
 #include <array>
 #include <cstdlib>
 #include <mutex>
+#include <type_traits>
 #include <vector>
+
+#include "integration/files/shared_library.h"
 
 namespace palpate::devices {
 namespace {
@@ -94,10 +95,10 @@ struct Library {
 
   /// False if something that is needed is missing.
   bool load(const std::string& file) {
-    void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (!handle) return false;
+    files::SharedLibrary library(file);
     const auto find = [&](auto*& function, const char* name) {
-      function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(dlsym(handle, name));
+      function =
+          library.find<std::remove_pointer_t<std::remove_reference_t<decltype(function)>>>(name);
       return function != nullptr;
     };
     find(set_gravity_compensation, "dhdSetGravityCompensation");
@@ -117,13 +118,17 @@ struct Library {
                      find(enable_force, "dhdEnableForce") && find(get_position, "dhdGetPosition") &&
                      find(set_force, "dhdSetForce") && find(get_button_mask, "dhdGetButtonMask") &&
                      find(get_status, "dhdGetStatus") && find(error_get_last, "dhdErrorGetLast");
-    if (!all) dlclose(handle);
+    if (!all) library.close();
     return all;
   }
 };
 
 std::vector<std::string> places_of_library(const std::string& file) {
   if (!file.empty()) return {file};
+#ifdef _WIN32
+  // Its installer puts them where Windows looks.
+  return {"drd64.dll", "dhd64.dll"};
+#else
   std::vector<std::string> folders;
   if (const char* sdk = std::getenv("FDSDK"))
     folders.push_back(std::string(sdk) + "/lib/release/lin-x86_64-gcc/");
@@ -134,6 +139,7 @@ std::vector<std::string> places_of_library(const std::string& file) {
   for (const std::string& folder : folders)
     for (const char* name : {"libdrd.so", "libdhd.so"}) places.push_back(folder + name);
   return places;
+#endif
 }
 
 /// The library, loaded at the first call; null if there is none. Later calls look again.

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "integration/devices/haply_protocol.h"
-#include "integration/devices/monotonic.h"
 #include "integration/devices/web_socket.h"
+#include "module/haptics/servo/monotonic.h"
 
 namespace palpate::devices {
 namespace {
@@ -104,7 +104,7 @@ class HaplyLink final : public DeviceLink {
     if (!first) return DeviceFault::kTimeout;
     if (!place_origin()) return DeviceFault::kGarbage;
     // Old services give none; then what the states say must do.
-    events_tried_ns_ = now_ns();
+    events_tried_ns_ = monotonic_ns();
     if (options_.events_port)
       events_ = WebSocket::connect(options_.host, options_.events_port, kEventsWait_ns);
     return DeviceFault::kNone;
@@ -123,11 +123,11 @@ class HaplyLink final : public DeviceLink {
 
   /// Until every message has its answer, or the time is over.
   void take_answers(LinkAnswer& answer) {
-    const int64_t end_ns = now_ns() + options_.answer_wait_ns;
+    const int64_t end_ns = monotonic_ns() + options_.answer_wait_ns;
     bool any = false;
     LinkAnswer newest;
     while (owed_ > 0) {
-      const auto text = socket_->receive(std::max<int64_t>(0, end_ns - now_ns()));
+      const auto text = socket_->receive(std::max<int64_t>(0, end_ns - monotonic_ns()));
       if (!text) break;
       --owed_;
       any = true;
@@ -207,10 +207,10 @@ class HaplyLink final : public DeviceLink {
   /// the device is unplugged: the brake is still on, as far as anybody knows, since no state says
   /// it.
   void listen_again() {
-    if (!events_again_ns_ || now_ns() < *events_again_ns_) return;
+    if (!events_again_ns_ || monotonic_ns() < *events_again_ns_) return;
     // Within an exchange, so it has the time of an answer. A port that nobody listens at says so at
     // once.
-    events_tried_ns_ = now_ns();
+    events_tried_ns_ = monotonic_ns();
     events_ = WebSocket::connect(options_.host, options_.events_port, options_.answer_wait_ns);
     if (events_)
       events_again_ns_.reset();

@@ -6,10 +6,10 @@
 #include <mutex>
 
 #include "integration/devices/answer_judge.h"
-#include "integration/devices/monotonic.h"
 #include "integration/devices/wake.h"
 #include "module/haptics/force_vector.h"
 #include "module/haptics/servo/mailbox.h"
+#include "module/haptics/servo/monotonic.h"
 #include "module/haptics/servo/real_time.h"
 
 namespace palpate::devices {
@@ -35,7 +35,7 @@ class MailboxDevice::Worker {
 
   Worker(std::unique_ptr<DeviceLink> link, const MailboxOptions& options)
       : options_(options), link_(std::move(link)), info_(link_->info()) {
-    alive_ns_ = now_ns();
+    alive_ns_ = monotonic_ns();
   }
 
   void run() {
@@ -74,14 +74,14 @@ class MailboxDevice::Worker {
   std::atomic<uint32_t> asked = 0;  ///< exchanges of the servo thread
   void wake() noexcept { command_wake_.wake(); }
   bool is_silent() const noexcept {
-    return now_ns() - alive_ns_.load(std::memory_order_acquire) > options_.silence_ns;
+    return monotonic_ns() - alive_ns_.load(std::memory_order_acquire) > options_.silence_ns;
   }
 
  private:
   /// While there is no device: one look for it.
   void search() {
     const DeviceFault fault = link_->open();
-    alive_ns_.store(now_ns(), std::memory_order_release);
+    alive_ns_.store(monotonic_ns(), std::memory_order_release);
     if (fault == DeviceFault::kNone) {
       begin();
       return;
@@ -110,20 +110,20 @@ class MailboxDevice::Worker {
     if (fault != DeviceFault::kStarting) judge_.fail(fault);
     publish(judge_.frozen(fault));
     sent_n_ = sent_n_m_ = glm::dvec3(0.0);
-    last_command_ns_ = now_ns();
+    last_command_ns_ = monotonic_ns();
     opened_.fetch_add(1, std::memory_order_relaxed);
   }
 
   /// One command of the servo thread, or none for away_ns.
   void serve_command() {
-    const int64_t left_ns = last_command_ns_ + options_.away_ns - now_ns();
+    const int64_t left_ns = last_command_ns_ + options_.away_ns - monotonic_ns();
     command_wake_.sleep(int(std::max<int64_t>(0, left_ns / 1'000'000 + 1)));
     if (stop_) return;
     ForceRequest command;
     const bool came = commands.get(command);
     // A wake-up may be left of a command that has been dealt with.
-    if (!came && now_ns() - last_command_ns_ < options_.away_ns) return;
-    last_command_ns_ = now_ns();
+    if (!came && monotonic_ns() - last_command_ns_ < options_.away_ns) return;
+    last_command_ns_ = monotonic_ns();
     if (!came && is_pushing()) {
       judge_.fail(DeviceFault::kTimeout);
       cuts_.fetch_add(1, std::memory_order_release);
@@ -135,7 +135,7 @@ class MailboxDevice::Worker {
     if (reading.fault != DeviceFault::kNone && is_pushing() && !answer.lost) send(ForceRequest());
     const bool was_open = is_open_;
     if (answer.lost || judge_.hopeless()) close();
-    alive_ns_.store(now_ns(), std::memory_order_release);
+    alive_ns_.store(monotonic_ns(), std::memory_order_release);
     publish(reading);
     if (came) served_.fetch_add(1, std::memory_order_release);
     // The servo thread must see why the device was lost before another search reports something
@@ -156,12 +156,12 @@ class MailboxDevice::Worker {
     sent_n_ = within(request.force_n, info_.max_force_n);
     sent_n_m_ = within(request.torque_n_m, info_.max_torque_n_m);
     link_->set_torque(sent_n_m_);
-    const int64_t start_ns = now_ns();
+    const int64_t start_ns = monotonic_ns();
     const LinkAnswer answer = link_->exchange(sent_n_);
     exchanges_.fetch_add(1, std::memory_order_relaxed);
     if (!answer.answered) missed_.fetch_add(1, std::memory_order_relaxed);
     // The call took so long that the servo thread was given a fault.
-    if (now_ns() - start_ns > options_.silence_ns) judge_.fail(DeviceFault::kTimeout);
+    if (monotonic_ns() - start_ns > options_.silence_ns) judge_.fail(DeviceFault::kTimeout);
     return answer;
   }
 
@@ -174,7 +174,7 @@ class MailboxDevice::Worker {
     seen.buttons = answer.buttons;
     seen.grip = answer.grip;
     seen.moved = answer.position_m != place_m_;
-    seen.time_ns = now_ns();
+    seen.time_ns = monotonic_ns();
     seen.force_n = sent_n_;
     if (answer.answered) place_m_ = answer.position_m;
     const DeviceReading reading = judge_.judge(seen);

@@ -4,11 +4,11 @@
 #include <mutex>
 #include <thread>
 
-#include "integration/devices/monotonic.h"
 #include "integration/devices/spacemouse_protocol.h"
 #include "integration/devices/usb_faults.h"
 #include "integration/devices/usb_watch.h"
 #include "integration/devices/wake.h"
+#include "module/haptics/servo/monotonic.h"
 
 namespace palpate::devices {
 namespace {
@@ -73,7 +73,8 @@ class SpaceMouse::Listener {
     reading.fault = fault_.load(std::memory_order_acquire);
     reading.time_ns = said_ns_.load(std::memory_order_acquire);
     reading.buttons = buttons_.load(std::memory_order_relaxed);
-    if (reading.fault != DeviceFault::kNone || now_ns() - reading.time_ns > options_.silence_ns)
+    if (reading.fault != DeviceFault::kNone ||
+        monotonic_ns() - reading.time_ns > options_.silence_ns)
       return reading;
     const std::array<int, 6> axes = unpacked(axes_.load(std::memory_order_relaxed));
     const std::span<const int, 6> all(axes);
@@ -150,7 +151,7 @@ class SpaceMouse::Listener {
     if (!understood) return;
     axes_.store(packed(reports.axes()), std::memory_order_relaxed);
     buttons_.store(reports.buttons(), std::memory_order_relaxed);
-    said_ns_.store(now_ns(), std::memory_order_release);
+    said_ns_.store(monotonic_ns(), std::memory_order_release);
     reports_.fetch_add(1, std::memory_order_relaxed);
   }
 

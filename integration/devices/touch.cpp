@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstring>
 
-#include "integration/devices/monotonic.h"
 #include "integration/devices/touch_library.h"
 #include "integration/devices/wake.h"
 #include "module/haptics/servo/mailbox.h"
+#include "module/haptics/servo/monotonic.h"
 
 namespace palpate::devices {
 namespace {
@@ -59,11 +59,11 @@ class TouchFrames {
   void put(const TouchOrder& order) noexcept { orders_.put(order); }
   /// The frame that carried out that order, waiting for it. False: none came.
   bool await(uint64_t order, int wait_ms, TouchFrame& frame) {
-    const int64_t end_ns = now_ns() + int64_t(wait_ms) * 1'000'000;
+    const int64_t end_ns = monotonic_ns() + int64_t(wait_ms) * 1'000'000;
     while (true) {
       frames_.get(frame);
       if (frame.order >= order) return true;
-      const int64_t left_ns = end_ns - now_ns();
+      const int64_t left_ns = end_ns - monotonic_ns();
       if (left_ns <= 0) return false;
       wake_.sleep(int(left_ns / 1'000'000 + 1));
     }
@@ -200,7 +200,7 @@ class TouchFrames {
 
   glm::dvec3 force_to_send() noexcept {
     const bool wants_force = order_.force_n != glm::dvec3(0.0);
-    const bool is_old = order_.number > 0 && now_ns() - order_.time_ns > order_ns_;
+    const bool is_old = order_.number > 0 && monotonic_ns() - order_.time_ns > order_ns_;
     is_cut_ = is_cut_ ? wants_force : wants_force && is_old;
     const bool is_off = is_cut_ || order_.ends || !is_calibrated_;
     sent_n_ = is_off ? glm::dvec3(0.0) : order_.force_n;
@@ -322,7 +322,7 @@ class TouchLink final : public DeviceLink {
  private:
   bool give(TouchOrder order, int wait_ms, TouchFrame& frame) {
     order.number = ++number_;
-    order.time_ns = now_ns();
+    order.time_ns = monotonic_ns();
     frames_->put(order);
     return frames_->await(order.number, wait_ms, frame);
   }

@@ -1,9 +1,10 @@
 #include "integration/devices/touch_library.h"
 
-#include <dlfcn.h>
-
 #include <cstdlib>
+#include <type_traits>
 #include <utility>
+
+#include "integration/files/shared_library.h"
 
 namespace palpate::devices::hd {
 namespace {
@@ -14,6 +15,10 @@ constexpr int kMostErrors = 64;
 
 std::vector<std::string> places_of_hd(const std::string& file) {
   if (!file.empty()) return {file};
+#ifdef _WIN32
+  // Its installer puts it where Windows looks.
+  return {"hd.dll"};
+#else
   std::vector<std::string> places;
   if (const char* sdk = std::getenv("OH_SDK_BASE"))
     for (const char* folder : {"/lib/", "/lib64/"}) places.push_back(sdk + std::string(folder));
@@ -22,6 +27,7 @@ std::vector<std::string> places_of_hd(const std::string& file) {
   places.emplace_back("/usr/local/lib/");
   for (std::string& place : places) place += "libHD.so";
   return places;
+#endif
 }
 
 int weight_of(const HdVerdict& verdict) noexcept {
@@ -62,10 +68,10 @@ HdVerdict verdict_of(unsigned code) noexcept {
 }
 
 bool HdLibrary::load(const std::string& file) {
-  void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (!handle) return false;
+  files::SharedLibrary library(file);
   const auto find = [&](auto*& function, const char* name) {
-    function = reinterpret_cast<std::remove_reference_t<decltype(function)>>(dlsym(handle, name));
+    function =
+        library.find<std::remove_pointer_t<std::remove_reference_t<decltype(function)>>>(name);
     return function != nullptr;
   };
   const bool all =
@@ -80,7 +86,7 @@ bool HdLibrary::load(const std::string& file) {
       find(start_scheduler, "hdStartScheduler") && find(stop_scheduler, "hdStopScheduler") &&
       find(set_scheduler_rate, "hdSetSchedulerRate") && find(schedule, "hdScheduleAsynchronous") &&
       find(unschedule, "hdUnschedule");
-  if (!all) dlclose(handle);
+  if (!all) library.close();
   return all;
 }
 

@@ -1,8 +1,12 @@
 #pragma once
 
+#ifdef _WIN32
+#include <windows.h>
+#else
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
+#endif
 
 #include <cstdint>
 #include <span>
@@ -14,10 +18,29 @@ namespace palpate::devices {
 /// no lock: the servo thread may use it.
 class Wake {
  public:
-  Wake() : file_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
-  ~Wake() { close(file_); }
   Wake(const Wake&) = delete;
   Wake& operator=(const Wake&) = delete;
+#ifdef _WIN32
+  Wake() : event_(CreateEventW(nullptr, FALSE, FALSE, nullptr)) {}
+  ~Wake() {
+    CloseHandle(event_);
+  }
+
+  void wake() noexcept {
+    SetEvent(event_);
+  }
+  /// Sleeps until wake(), or the time is over; forgets the wake-ups.
+  void sleep(int milliseconds) {
+    WaitForSingleObject(event_, DWORD(milliseconds));
+  }
+
+ private:
+  HANDLE event_;
+#else
+  Wake() : file_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
+  ~Wake() {
+    close(file_);
+  }
 
   void wake() noexcept {
     const uint64_t one = 1;
@@ -35,6 +58,7 @@ class Wake {
 
  private:
   int file_;
+#endif
 };
 
 }  // namespace palpate::devices

@@ -1,10 +1,5 @@
 #include "integration/files/atomic_file.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
@@ -12,6 +7,7 @@
 #include <vector>
 
 #include "compute/volume/memory.h"
+#include "integration/files/descriptor.h"
 #include "integration/files/sentences.h"
 
 namespace palpate::files {
@@ -30,7 +26,7 @@ fs::path folder_of(const fs::path& path) {
 fs::path temporary_beside(const fs::path& target) {
   static std::atomic<unsigned> counter{0};
   return folder_of(target) /
-         fmt::format(".{}.{}-{}.part", target.filename().string(), ::getpid(), counter++);
+         fmt::format(".{}.{}-{}.part", target.filename().string(), process_id(), counter++);
 }
 
 Error explain(const fs::path& path, int error_number) {
@@ -40,7 +36,9 @@ Error explain(const fs::path& path, int error_number) {
                         "could not be written because it is larger than this system allows: raise "
                         "the limit (ulimit -f), or write less");
     case ENOSPC:
+#ifdef EDQUOT
     case EDQUOT:
+#endif
       return bad_output(
           path,
           "could not be written because the disk is full: free some space, or write elsewhere");
@@ -87,26 +85,17 @@ Status check_room(const fs::path& path, const fs::path& folder, double bytes) {
                     needed, there);
 }
 
-/// Whether nobody holds the lock of lock_as_alive() on this path.
-bool is_abandoned(const fs::path& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (fd < 0) return false;
-  const bool free = ::flock(fd, LOCK_EX | LOCK_NB) == 0;
-  ::close(fd);
-  return free;
-}
-
 /// Copies bytes into a file that appears whole or not at all.
 Status copy_into(const fs::path& from, const fs::path& to) {
   auto file = AtomicFile::create(to);
   if (!file) return file.error();
-  const int fd = ::open(from.c_str(), O_RDONLY | O_CLOEXEC);
+  const int fd = open_to_read(from);
   if (fd < 0) return explain(to, errno);
   std::vector<char> block(1 << 20);
   Status done = Nothing{};
-  for (ssize_t n = 0; done && (n = ::read(fd, block.data(), block.size())) > 0;)
+  for (int64_t n = 0; done && (n = read_some(fd, block.data(), block.size())) > 0;)
     done = file->write(block.data(), size_t(n));
-  ::close(fd);
+  close_descriptor(fd);
   return done ? file->commit() : done;
 }
 
@@ -126,15 +115,11 @@ fs::path behind_links(const fs::path& path) {
 
 Status replace_file(const fs::path& from, const fs::path& to) {
   const fs::path target = behind_links(to);
-  if (::rename(from.c_str(), target.c_str()) == 0) return Nothing{};
+  if (rename_over(from, target)) return Nothing{};
   if (errno != EXDEV) return explain(to, errno);
   const Status copied = copy_into(from, target);
-  if (copied) ::unlink(from.c_str());
+  if (copied) remove_quietly(from);
   return copied;
-}
-
-bool lock_as_alive(int fd) {
-  return ::flock(fd, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
 }
 
 void remove_abandoned(const fs::path& folder) {
@@ -153,20 +138,16 @@ Result<AtomicFile> AtomicFile::create(const fs::path& path) {
   file.target_ = behind_links(path);
   if (const Status good = check_target(path, file.target_); !good) return good.error();
   // Again if another process took the file for an abandoned one before it was locked.
-  for (struct stat status{}; status.st_nlink == 0;) {
+  do {
     file.discard();
     const fs::path temporary = temporary_beside(file.target_);
-    file.fd_ = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    file.fd_ = create_new(temporary);
     if (file.fd_ < 0) return explain(path, errno);
     file.temporary_ = temporary;
     lock_as_alive(file.fd_);
-    if (::fstat(file.fd_, &status) != 0) return file.fail(errno);
-  }
+  } while (was_removed(file.fd_));
   // A file that is replaced keeps its permissions.
-  struct stat old {};
-  if (::stat(file.target_.c_str(), &old) == 0 && ::fchmod(file.fd_, old.st_mode & 07777) != 0) {
-    return file.fail(errno);
-  }
+  if (!copy_permissions(file.target_, file.fd_)) return file.fail(errno);
   return file;
 }
 
@@ -187,9 +168,9 @@ AtomicFile::~AtomicFile() {
 }
 
 void AtomicFile::discard() {
-  if (fd_ >= 0) ::close(fd_);
+  if (fd_ >= 0) close_descriptor(fd_);
   fd_ = -1;
-  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  if (!temporary_.empty()) remove_quietly(temporary_);
   temporary_.clear();
 }
 
@@ -201,7 +182,7 @@ Error AtomicFile::fail(int error_number) {
 Status AtomicFile::write(const void* bytes, size_t n) {
   const char* from = static_cast<const char*>(bytes);
   while (n > 0) {
-    const ssize_t done = ::write(fd_, from, std::min(n, kMaxWriteBytes));
+    const int64_t done = write_some(fd_, from, std::min(n, kMaxWriteBytes));
     if (done < 0 && errno == EINTR) continue;
     if (done < 0) return fail(errno);
     from += done;
@@ -211,18 +192,12 @@ Status AtomicFile::write(const void* bytes, size_t n) {
 }
 
 Status AtomicFile::commit() {
-  if (::fsync(fd_) != 0) return fail(errno);
-  const int fd = std::exchange(fd_, -1);
-  if (::close(fd) != 0) return fail(errno);
-  if (::rename(temporary_.c_str(), target_.c_str()) != 0) return fail(errno);
+  if (!sync_to_disk(fd_)) return fail(errno);
+  if (!close_descriptor(std::exchange(fd_, -1))) return fail(errno);
+  if (!rename_over(temporary_, target_)) return fail(errno);
   temporary_.clear();
-  // Writes the folder to the disk, since a power cut could otherwise lose the new name. The data
-  // are safe either way, and not every file system can do this, so its result is ignored.
-  const int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder >= 0) {
-    ::fsync(folder);
-    ::close(folder);
-  }
+  // A power cut could otherwise lose the new name. The data are safe either way.
+  sync_folder(folder_of(target_));
   return Nothing{};
 }
 

@@ -1,12 +1,11 @@
 #include "integration/loading/mode_library.h"
 
-#include <dlfcn.h>
-
 #include <algorithm>
 #include <exception>
 #include <iterator>
 
 #include "integration/files/sentences.h"
+#include "integration/files/shared_library.h"
 #include "integration/loading/c_modes.h"
 
 namespace palpate::loading {
@@ -14,12 +13,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using StampFunction = void (*)(ModeLibraryStamp*);
-using AddFunction = void (*)(ModeKinds*);
-using KindsInC = decltype(&pal_mode_kinds);
+using StampFunction = void(ModeLibraryStamp*);
+using AddFunction = void(ModeKinds*);
+using KindsInC = decltype(pal_mode_kinds);
 
 /// Adds the kinds of a library that was written against palpate_mode.h.
-Status add_all(const fs::path& file, KindsInC kinds_of, ModeKinds& kinds) {
+Status add_all(const fs::path& file, KindsInC* kinds_of, ModeKinds& kinds) {
   const PalModeKind* found = nullptr;
   const uint32_t count = kinds_of(PAL_MODE_VERSION, &found);
   if (count == 0 || !found)
@@ -35,13 +34,13 @@ Status add_all(const fs::path& file, KindsInC kinds_of, ModeKinds& kinds) {
 Status load(const fs::path& file, ModeKinds& kinds) {
   // With its folder, so that no other library of this name is found. Never closed: its modes live
   // as long as scenes do.
-  void* library = dlopen(fs::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (!library) return files::bad_input(file, "can not be loaded: {}", dlerror());
+  const files::SharedLibrary library(fs::absolute(file));
+  if (!library.is_open()) return files::bad_input(file, "can not be loaded: {}", library.problem());
   try {
-    if (const auto in_c = reinterpret_cast<KindsInC>(dlsym(library, "pal_mode_kinds")))
+    if (auto* const in_c = library.find<KindsInC>("pal_mode_kinds"))
       return add_all(file, in_c, kinds);
-    const auto stamp = reinterpret_cast<StampFunction>(dlsym(library, "palpate_modes_stamp"));
-    const auto add = reinterpret_cast<AddFunction>(dlsym(library, "palpate_add_modes"));
+    auto* const stamp = library.find<StampFunction>("palpate_modes_stamp");
+    auto* const add = library.find<AddFunction>("palpate_add_modes");
     if (!stamp || !add)
       return files::bad_input(file,
                               "is no library of haptic modes: it lacks PALPATE_MODES or "

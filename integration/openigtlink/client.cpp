@@ -1,12 +1,8 @@
 #include "integration/openigtlink/client.h"
 
 #include <fmt/format.h>
-#include <netdb.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <chrono>
 #include <exception>
@@ -81,6 +77,7 @@ Result<std::unique_ptr<Client>> Client::start(const ServerAddress& server, Clien
   client->name_ = fmt::format("{}:{}", server.host, server.port);
   client->accepts_no_crc_ = server.accepts_no_crc;
   client->address_ = std::make_shared<Address>();
+  start_sockets();
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;
   wanted.ai_family = AF_UNSPEC;
@@ -157,19 +154,15 @@ void Client::run(std::stop_token stop) {
 /// it returns.
 void Client::connect_once(std::stop_token stop) {
   for (const addrinfo* at = address_->first; at && !stop.stop_requested(); at = at->ai_next) {
-    const Socket socket(
-        ::socket(at->ai_family, at->ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, at->ai_protocol));
+    const Socket socket = Socket::make(at->ai_family, at->ai_protocol);
     if (!socket.is_open()) continue;
-    int error = connect(socket.fd(), at->ai_addr, at->ai_addrlen) == 0 ? 0 : errno;
+    SocketState state = socket.connect(at->ai_addr, at->ai_addrlen);
     const auto since = Clock::now();
-    while (error == EINPROGRESS && !stop.stop_requested() && Clock::now() - since < 5s)
-      if (socket.is_ready(POLLOUT, kPoll_ms)) {
-        socklen_t size = sizeof error;
-        getsockopt(socket.fd(), SOL_SOCKET, SO_ERROR, &error, &size);
-      }
-    if (error != 0) continue;
-    const int on = 1;
-    setsockopt(socket.fd(), SOL_SOCKET, SO_KEEPALIVE, &on, sizeof on);
+    while (state == SocketState::kAgain && !stop.stop_requested() && Clock::now() - since < 5s)
+      if (socket.is_ready(POLLOUT, kPoll_ms))
+        state = socket.error() == 0 ? SocketState::kDone : SocketState::kFailed;
+    if (state != SocketState::kDone) continue;
+    socket.set(SOL_SOCKET, SO_KEEPALIVE, 1);
     {
       const std::lock_guard lock(mutex_);
       ++numbers_.connections;
@@ -181,11 +174,11 @@ void Client::connect_once(std::stop_token stop) {
     whole_.reset();
     connected_ = true;
     say(fmt::format("{} is connected", name_));
-    return listen(socket.fd(), stop);
+    return listen(socket, stop);
   }
 }
 
-void Client::listen(int fd, std::stop_token stop) {
+void Client::listen(const Socket& socket, std::stop_token stop) {
   // Reads `count` bytes into `to`, or skips them where it is null. False: over.
   const auto receive = [&](size_t count, Bytes* to, bool may_wait) {
     Bytes piece;
@@ -193,24 +186,24 @@ void Client::listen(int fd, std::stop_token stop) {
     bool begun = !may_wait;
     while (count > 0) {
       if (stop.stop_requested()) return false;
-      pollfd polled{fd, POLLIN, 0};
-      if (poll(&polled, 1, kPoll_ms) <= 0) {
+      if (!socket.is_ready(POLLIN, kPoll_ms)) {
         if (!begun || Clock::now() - last < kTorn) continue;
         refuse("torn", "A message broke off in its middle: connecting again");
         return false;
       }
       piece.resize(std::min(count, kPiece));
-      const ssize_t got = recv(fd, piece.data(), piece.size(), 0);
-      if (got < 0 && (errno == EAGAIN || errno == EINTR)) continue;
-      if (got <= 0) {
+      size_t got = 0;
+      const SocketState state = socket.receive(piece.data(), piece.size(), got);
+      if (state == SocketState::kAgain) continue;
+      if (state == SocketState::kFailed || got == 0) {
         if (begun) refuse("torn", "A message broke off in its middle: connecting again");
         return false;
       }
       begun = true;
       last = Clock::now();
-      count -= size_t(got);
+      count -= got;
       // Memory grows with what has come, whatever the header claims.
-      if (to) to->insert(to->end(), piece.begin(), piece.begin() + got);
+      if (to) to->insert(to->end(), piece.begin(), piece.begin() + ptrdiff_t(got));
     }
     return true;
   };

@@ -16,6 +16,8 @@
 
 namespace palpate::openigtlink {
 
+class Socket;
+
 /// igtl://HOST[:PORT][?crc=none], as a person gives it; an IPv6 address in [ ].
 struct ServerAddress {
   std::string host;
@@ -77,7 +79,7 @@ class Client {
   struct Address;
   void run(std::stop_token stop);
   void connect_once(std::stop_token stop);
-  void listen(int socket, std::stop_token stop);
+  void listen(const Socket& socket, std::stop_token stop);
   void take(const Header& header, std::span<const std::byte> body);
   void take_image(const Header& header, std::span<const std::byte> content);
   void take_part(const ImageMessage& part);

@@ -1,10 +1,8 @@
 #include "integration/openigtlink/server.h"
 
 #include <fmt/format.h>
-#include <netinet/in.h>
 
 #include <array>
-#include <cerrno>
 #include <chrono>
 #include <exception>
 #include <optional>
@@ -19,13 +17,14 @@ constexpr int kMostReads = 16;      // of what a client says, at a time
 /// A socket that listens on all addresses of a family; of IPv6, on those of IPv4 too. `taken`:
 /// there is such a family, but not the port.
 std::optional<Socket> listening(int family, uint16_t port, bool& taken) {
-  Socket socket(::socket(family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  const int on = 1, off = 0;
+  Socket socket = Socket::make(family);
   if (!socket.is_open()) return std::nullopt;
-  setsockopt(socket.fd(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  if (family == AF_INET6 &&
-      setsockopt(socket.fd(), IPPROTO_IPV6, IPV6_V6ONLY, &off, sizeof off) != 0)
-    return std::nullopt;
+#ifndef _WIN32
+  // A port of which old connections are still ending. On Windows it would share one with another
+  // program.
+  socket.set(SOL_SOCKET, SO_REUSEADDR, 1);
+#endif
+  if (family == AF_INET6 && !socket.set(IPPROTO_IPV6, IPV6_V6ONLY, 0)) return std::nullopt;
   sockaddr_in6 six{};
   six.sin6_family = AF_INET6;
   six.sin6_addr = in6addr_any;
@@ -36,10 +35,10 @@ std::optional<Socket> listening(int family, uint16_t port, bool& taken) {
   four.sin_port = htons(port);
   const bool bound =
       family == AF_INET6
-          ? bind(socket.fd(), reinterpret_cast<const sockaddr*>(&six), sizeof six) == 0
-          : bind(socket.fd(), reinterpret_cast<const sockaddr*>(&four), sizeof four) == 0;
-  if (bound && listen(socket.fd(), 4) == 0) return socket;
-  taken = errno == EADDRINUSE || errno == EACCES;
+          ? bind(socket.handle(), reinterpret_cast<const sockaddr*>(&six), sizeof six) == 0
+          : bind(socket.handle(), reinterpret_cast<const sockaddr*>(&four), sizeof four) == 0;
+  if (bound && listen(socket.handle(), 4) == 0) return socket;
+  taken = is_port_taken();
   return std::nullopt;
 }
 
@@ -59,7 +58,7 @@ Result<std::unique_ptr<Server>> Server::start(uint16_t port) {
   server->listener_ = std::move(*listener);
   sockaddr_storage at{};
   socklen_t size = sizeof at;
-  getsockname(server->listener_.fd(), reinterpret_cast<sockaddr*>(&at), &size);
+  getsockname(server->listener_.handle(), reinterpret_cast<sockaddr*>(&at), &size);
   // The port lies at the same place in addresses of both families.
   server->port_ = ntohs(reinterpret_cast<const sockaddr_in*>(&at)->sin_port);
   server->thread_ = std::jthread([s = server.get()](std::stop_token stop) { s->run(stop); });
@@ -96,7 +95,7 @@ void Server::run(std::stop_token stop) {
 /// Accepts new clients, and sends to each as much as its socket takes without waiting.
 void Server::serve(std::list<Connection>& clients) {
   if (clients.size() < kMostClients) {
-    Socket socket(accept4(listener_.fd(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+    Socket socket = listener_.accept();
     if (socket.is_open()) {
       clients.push_back({std::move(socket), {}, 0});
       ++connections_;
@@ -114,22 +113,22 @@ void Server::serve(std::list<Connection>& clients) {
       else
         ++missed_;
     }
-    bool gone = false;
     std::array<std::byte, 4096> said;
-    ssize_t got = 0;
+    size_t got = 1;
+    SocketState state = SocketState::kDone;
     // One that never ends must not hold up the others.
-    for (int n = 0; n < kMostReads; ++n)
-      if ((got = recv(client->socket.fd(), said.data(), said.size(), 0)) <= 0) break;
-    gone = got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR);
+    for (int n = 0; n < kMostReads && state == SocketState::kDone && got > 0; ++n)
+      state = client->socket.receive(said.data(), said.size(), got);
+    bool gone = state == SocketState::kFailed || (state == SocketState::kDone && got == 0);
     while (!gone && !client->waiting.empty()) {
       const Bytes& message = *client->waiting.front();
-      const ssize_t n = ::send(client->socket.fd(), message.data() + client->at,
-                               message.size() - client->at, MSG_NOSIGNAL);
-      if (n < 0) {
-        gone = errno != EAGAIN && errno != EINTR;
+      size_t sent = 0;
+      state = client->socket.send(message.data() + client->at, message.size() - client->at, sent);
+      if (state != SocketState::kDone) {
+        gone = state == SocketState::kFailed;
         break;
       }
-      client->at += size_t(n);
+      client->at += sent;
       if (client->at < message.size()) continue;
       client->at = 0;
       client->waiting.pop_front();

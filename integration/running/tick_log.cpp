@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "compute/volume/open_file.h"
 #include "compute/vulkan/caught.h"
 #include "integration/files/sentences.h"
 
@@ -33,7 +34,7 @@ Result<std::unique_ptr<TickLog>> TickLog::start(const std::filesystem::path& csv
   auto log = std::unique_ptr<TickLog>(new TickLog);
   log->path_ = csv;
   if (!csv.empty()) {
-    log->file_.reset(std::fopen(csv.c_str(), "w"));
+    log->file_.reset(open_file(csv, "w"));
     if (!log->file_) return files::bad_output(csv, "can not be written: name a place that can");
     log->failed_ = std::fputs(header().c_str(), log->file_.get()) < 0;
   }

@@ -575,8 +575,13 @@ class X3dSceneReader {
       return files::bad_input(file, "is not a file that can be read: name a scene file (X3D).");
     if (fs::file_size(file, error) > kMostBytes)
       return files::bad_input(file, "is too large to be a scene: name a scene file (X3D).");
-    // Reads both plain and packed (.x3dz) files.
-    const std::unique_ptr<gzFile_s, int (*)(gzFile)> stream(gzopen(file.c_str(), "rb"), gzclose);
+      // Reads both plain and packed (.x3dz) files.
+#ifdef _WIN32
+    const gzFile opened = gzopen_w(file.c_str(), "rb");
+#else
+    const gzFile opened = gzopen(file.c_str(), "rb");
+#endif
+    const std::unique_ptr<gzFile_s, int (*)(gzFile)> stream(opened, gzclose);
     if (!stream) return files::bad_input(file, "can not be read: check its permissions.");
     text.clear();
     std::string part(1 << 16, '\0');

@@ -289,7 +289,7 @@ bool volume_comes(const openigtlink::Socket& socket, int within = 600) {
     size_t at = 0;
     while (at < count) {
       if (!socket.is_ready(POLLIN, 20'000)) return openigtlink::Bytes();
-      const ssize_t got = recv(socket.fd(), bytes.data() + at, count - at, 0);
+      const ssize_t got = recv(socket.handle(), bytes.data() + at, count - at, 0);
       if (got <= 0) return openigtlink::Bytes();
       at += size_t(got);
     }
@@ -312,7 +312,7 @@ openigtlink::Socket connected_to(uint16_t port) {
   at.sin_family = AF_INET;
   at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   at.sin_port = htons(port);
-  EXPECT_EQ(connect(socket.fd(), reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
+  EXPECT_EQ(connect(socket.handle(), reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
   return socket;
 }
 

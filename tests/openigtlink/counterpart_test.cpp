@@ -155,7 +155,7 @@ TEST(Serving, ASlowClientMissesMessagesAndNobodyWaits) {
   at.sin_family = AF_INET;
   at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   at.sin_port = htons((*server)->port());
-  ASSERT_EQ(connect(slow.fd(), reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
+  ASSERT_EQ(connect(slow.handle(), reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
   ASSERT_TRUE(wait_for([&] { return (*server)->clients() == 1; }));
   Grid grid;
   grid.size = {100, 100, 100};
@@ -178,7 +178,7 @@ bool has_six() {
   sockaddr_in6 at{};
   at.sin6_family = AF_INET6;
   at.sin6_addr = in6addr_loopback;
-  return bind(probe.fd(), reinterpret_cast<sockaddr*>(&at), sizeof at) == 0;
+  return bind(probe.handle(), reinterpret_cast<sockaddr*>(&at), sizeof at) == 0;
 }
 
 TEST(Serving, IsFoundByBothKindsOfAddresses) {
@@ -206,14 +206,14 @@ TEST(Serving, APortThatIsHalfTakenIsRefused) {
   if (!has_six()) GTEST_SKIP() << "This machine has no IPv6.";
   const Socket other(socket(AF_INET6, SOCK_STREAM, 0));
   const int on = 1;
-  setsockopt(other.fd(), IPPROTO_IPV6, IPV6_V6ONLY, &on, sizeof on);
+  setsockopt(other.handle(), IPPROTO_IPV6, IPV6_V6ONLY, &on, sizeof on);
   sockaddr_in6 at{};
   at.sin6_family = AF_INET6;
   at.sin6_addr = in6addr_loopback;
   socklen_t size = sizeof at;
-  ASSERT_EQ(bind(other.fd(), reinterpret_cast<sockaddr*>(&at), size), 0);
-  ASSERT_EQ(listen(other.fd(), 1), 0);
-  getsockname(other.fd(), reinterpret_cast<sockaddr*>(&at), &size);
+  ASSERT_EQ(bind(other.handle(), reinterpret_cast<sockaddr*>(&at), size), 0);
+  ASSERT_EQ(listen(other.handle(), 1), 0);
+  getsockname(other.handle(), reinterpret_cast<sockaddr*>(&at), &size);
   EXPECT_FALSE(Server::start(ntohs(at.sin6_port)));
 }
 

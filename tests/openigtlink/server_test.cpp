@@ -48,7 +48,7 @@ TEST(Server, HangsUpWhereMemoryRunsOutAndServesWhoComesBack) {
     at.sin_family = AF_INET;
     at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     at.sin_port = htons(port);
-    return connect(socket.fd(), reinterpret_cast<const sockaddr*>(&at), sizeof at) == 0;
+    return connect(socket.handle(), reinterpret_cast<const sockaddr*>(&at), sizeof at) == 0;
   };
   const auto come_to = [&](size_t clients) {
     for (int k = 0; k < 1000 && (*server)->clients() != clients; ++k)
@@ -65,14 +65,14 @@ TEST(Server, HangsUpWhereMemoryRunsOutAndServesWhoComesBack) {
   others_get_none = false;
   ASSERT_TRUE(hung_up) << "without this recv() would wait for ever";
   std::byte byte{};
-  EXPECT_EQ(recv(first.fd(), &byte, 1, 0), 0) << "the connection ended";
+  EXPECT_EQ(recv(first.handle(), &byte, 1, 0), 0) << "the connection ended";
 
   const Socket again(socket(AF_INET, SOCK_STREAM, 0));
   ASSERT_TRUE(connected(again, (*server)->port()));
   ASSERT_TRUE(come_to(1));
   (*server)->send(message);
   Bytes got(message->size());
-  EXPECT_EQ(recv(again.fd(), got.data(), got.size(), MSG_WAITALL), ssize_t(got.size()));
+  EXPECT_EQ(recv(again.handle(), got.data(), got.size(), MSG_WAITALL), ssize_t(got.size()));
   EXPECT_EQ(got, *message);
   is_exempt = false;
 }

@@ -1,7 +1,5 @@
 #include "integration/files/raster/byte_source.h"
 
-#include <fcntl.h>
-#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <cstring>
 #include <string_view>
 
+#include "integration/files/descriptor.h"
 #include "integration/files/sentences.h"
 
 namespace palpate::files {
@@ -29,7 +28,7 @@ class FileDescriptor {
   FileDescriptor& operator=(const FileDescriptor&) = delete;
   ~FileDescriptor() { reset(-1); }
   void reset(int fd) {
-    if (fd_ >= 0) ::close(fd_);
+    if (fd_ >= 0) close_descriptor(fd_);
     fd_ = fd;
   }
   int get() const { return fd_; }
@@ -67,7 +66,7 @@ struct ByteSource::State {
     uint64_t left = options.line_skip;
     char c = 0;
     while (left > 0) {
-      const ssize_t got = ::read(fd.get(), &c, 1);
+      const int64_t got = read_some(fd.get(), &c, 1);
       if (got < 0) return cannot_read();
       if (got == 0)
         return bad_input(path(), "ends before its samples start: copy or export it again");
@@ -78,14 +77,14 @@ struct ByteSource::State {
 
   Status open_next() {
     const std::filesystem::path& next = paths[next_path++];
-    fd.reset(::open(next.c_str(), O_RDONLY | O_CLOEXEC));
+    fd.reset(open_to_read(next));
     if (fd.get() < 0)
       return bad_input(next, "can not be opened ({}): check its name and the permissions",
                        std::strerror(errno));
-    ::posix_fadvise(fd.get(), 0, 0, POSIX_FADV_SEQUENTIAL);
+    expect_in_order(fd.get());
     const bool from_end = options.last_bytes > 0;
-    const off_t step = from_end ? -off_t(options.last_bytes) : off_t(options.file_skip);
-    if (::lseek(fd.get(), step, from_end ? SEEK_END : SEEK_SET) < 0) return cannot_read();
+    const int64_t step = from_end ? -int64_t(options.last_bytes) : int64_t(options.file_skip);
+    if (!seek(fd.get(), step, from_end ? SeekFrom::kEnd : SeekFrom::kStart)) return cannot_read();
     if (const Status lines = skip_lines(); !lines) return lines;
     return Nothing{};
   }
@@ -94,7 +93,7 @@ struct ByteSource::State {
   Result<size_t> read_plain(void* to, size_t n) {
     size_t done = 0;
     while (done < n) {
-      const ssize_t got = ::read(fd.get(), static_cast<char*>(to) + done, n - done);
+      const int64_t got = read_some(fd.get(), static_cast<char*>(to) + done, n - done);
       if (got < 0 && errno == EINTR) continue;
       if (got < 0) return cannot_read();
       done += size_t(got);
@@ -206,7 +205,7 @@ Result<uint64_t> ByteSource::skip(uint64_t n) {
   // One plain file: only its position changes, and a later read beyond the end tells how much is
   // missing.
   if (!state_->inflating && !state_->options.hex && state_->paths.size() == 1) {
-    if (::lseek(state_->fd.get(), off_t(n), SEEK_CUR) < 0) return state_->cannot_read();
+    if (!seek(state_->fd.get(), int64_t(n), SeekFrom::kHere)) return state_->cannot_read();
     return n;
   }
   std::vector<char> bin(size_t(std::min<uint64_t>(n, kPackedBytes)));

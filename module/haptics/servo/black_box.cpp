@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cassert>
+#include <chrono>
 #include <cstdio>
-#include <ctime>
 #include <fstream>
 
 #include "module/haptics/servo/tick_fields.h"
@@ -86,11 +86,14 @@ std::string poses_and_events(const TickInput& input) {
 
 /// A name that is not there yet: the time of day and the cause.
 std::filesystem::path new_file(const std::filesystem::path& folder, const std::string& why) {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char stamp[32];
-  std::strftime(stamp, sizeof stamp, "%Y%m%dT%H%M%SZ", &utc);
+  using namespace std::chrono;
+  const auto now = floor<seconds>(system_clock::now());
+  const year_month_day date(floor<days>(now));
+  const hh_mm_ss time(now - floor<days>(now));
+  char stamp[64];
+  std::snprintf(stamp, sizeof stamp, "%04d%02u%02uT%02d%02d%02dZ", int(date.year()),
+                unsigned(date.month()), unsigned(date.day()), int(time.hours().count()),
+                int(time.minutes().count()), int(time.seconds().count()));
   const std::string name = std::string("palpate-") + stamp + "-" + why;
   std::filesystem::path path = folder / (name + ".csv");
   std::error_code ignored;

@@ -26,8 +26,8 @@ struct ServoReport {
   bool has_priority = false;  ///< real-time priority was obtained
 };
 
-/// What kind of preemption a kernel has, from the version line that uname gives and what
-/// /sys/kernel/realtime says ("1", or empty where it is not there).
+/// Linux alone: what kind of preemption a kernel has, from the version line that uname gives and
+/// what /sys/kernel/realtime says ("1", or empty where it is not there).
 std::string preemption(const std::string& uname_version, const std::string& realtime_file);
 
 /// Locks the process's memory as it is touched from now on (it stays locked: that is the process's,
@@ -43,8 +43,8 @@ class ProcessPreparation {
   int latency_file_ = -1;
 };
 
-/// For the calling thread: priority, core, timer slack of 1 ns, and 256 KiB of stack touched. Not
-/// real-time safe itself.
+/// For the calling thread: a name, priority, core, timer slack of 1 ns, and 256 KiB of stack
+/// touched. Not real-time safe itself.
 void prepare_thread(const RealTimeOptions& options, ServoReport& report);
 
 /// Work that gives way to the servo loop, with its niceness. kEstimation beside a loop without

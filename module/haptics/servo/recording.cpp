@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "compute/volume/open_file.h"
 #include "module/haptics/servo/tick_bytes.h"
 
 namespace palpate {
@@ -42,7 +43,7 @@ Result<RecordingWriter> RecordingWriter::create(const std::filesystem::path& pat
   RecordingWriter writer;
   writer.path_ = path;
   writer.hash_ = kEmptyHash;
-  writer.file_.reset(std::fopen(path.c_str(), "wb"));
+  writer.file_.reset(open_file(path, "wb"));
   if (!writer.file_)
     return Error{ErrorKind::kBadOutput,
                  path.string() + ": the recording can not be written there: choose another place."};

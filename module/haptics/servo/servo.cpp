@@ -1,11 +1,9 @@
 #include "module/haptics/servo/servo.h"
 
-#include <pthread.h>
-#include <signal.h>
-
 #include <cassert>
 
 #include "module/haptics/servo/emergency.h"
+#include "module/haptics/servo/emergency_system.h"
 
 namespace palpate {
 namespace {
@@ -27,20 +25,6 @@ Status check(const ServoOptions& options) {
   return Nothing{};
 }
 
-/// Signals of the process are for other threads. Not blocked: crashes, and the signals by which a
-/// runtime with garbage collection (Mono, Unity) stops each of its threads. A host's function that
-/// the servo calls makes it such a thread, and a collection would wait for it for ever. Returns
-/// what was blocked before.
-sigset_t block_signals() {
-  sigset_t all, before;
-  sigfillset(&all);
-  for (int crash : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) sigdelset(&all, crash);
-  for (int collection : {SIGPWR, SIGXCPU}) sigdelset(&all, collection);
-  for (int real_time = SIGRTMIN; real_time <= SIGRTMAX; ++real_time) sigdelset(&all, real_time);
-  pthread_sigmask(SIG_SETMASK, &all, &before);
-  return before;
-}
-
 }  // namespace
 
 Result<std::unique_ptr<Servo>> Servo::start(ForceDevice& device, Ticker& ticker,
@@ -52,10 +36,11 @@ Result<std::unique_ptr<Servo>> Servo::start(ForceDevice& device, Ticker& ticker,
   servo->preparation_ = std::make_unique<ProcessPreparation>(options.real_time, servo->report_);
   servo->loop_ = std::make_unique<ServoLoop>(device, ticker, clock ? *clock : *servo->own_clock_,
                                              *servo->ports_, options.loop, options.listeners);
-  const sigset_t before = block_signals();
-  servo->thread_ = std::thread(
-      [raw = servo.get(), wanted = options.real_time] { raw->run(*raw->loop_, wanted); });
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  {
+    const emergency::SignalsElsewhere none;
+    servo->thread_ = std::thread(
+        [raw = servo.get(), wanted = options.real_time] { raw->run(*raw->loop_, wanted); });
+  }
   servo->start_.wait(Start::kPending);
   if (servo->start_.load() == Start::kRefused)
     return Error{ErrorKind::kBadInput, "Eight servo loops run already: stop one of them first."};
@@ -63,7 +48,6 @@ Result<std::unique_ptr<Servo>> Servo::start(ForceDevice& device, Ticker& ticker,
 }
 
 void Servo::run(ServoLoop& loop, const RealTimeOptions& options) {
-  pthread_setname_np(pthread_self(), "palpate-servo");
   const bool seated = emergency::join(&loop);
   if (seated) prepare_thread(options, report_);
   start_.store(seated ? Start::kRunning : Start::kRefused);

@@ -15,7 +15,8 @@ class ServoClock {
   virtual void sleep_until(int64_t time_ns) noexcept = 0;
 };
 
-/// CLOCK_MONOTONIC, and absolute sleeping on it.
+/// monotonic_ns(), and sleeping on it: on Linux until an absolute time, on Windows by a timer with
+/// a high resolution.
 class MonotonicClock : public ServoClock {
  public:
   int64_t now_ns() noexcept override;

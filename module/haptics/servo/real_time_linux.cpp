@@ -129,6 +129,7 @@ ProcessPreparation::~ProcessPreparation() {
 }
 
 void prepare_thread(const RealTimeOptions& options, ServoReport& report) {
+  pthread_setname_np(pthread_self(), "palpate-servo");
   touch_stack();
   if (options.core >= 0) pin(options.core, report);
   const bool exact = prctl(PR_SET_TIMERSLACK, 1ul, 0ul, 0ul, 0ul) == 0;

@@ -1,5 +1,3 @@
-#include "integration/files/raster/mapped_file.h"
-
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -9,6 +7,7 @@
 #include <cstring>
 #include <utility>
 
+#include "integration/files/raster/mapped_file.h"
 #include "integration/files/sentences.h"
 
 namespace palpate::files {

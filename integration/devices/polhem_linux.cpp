@@ -13,8 +13,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "integration/devices/monotonic.h"
 #include "integration/devices/polhem_protocol.h"
+#include "module/haptics/servo/monotonic.h"
 
 namespace palpate::devices {
 namespace {
@@ -84,7 +84,7 @@ class PolhemLink final : public DeviceLink {
   void close() noexcept override {
     try {
       exchange(glm::dvec3(0.0));
-      flush_until(now_ns() + options_.answer_wait_ns);
+      flush_until(monotonic_ns() + options_.answer_wait_ns);
     } catch (...) {
     }
     shut();
@@ -120,7 +120,7 @@ class PolhemLink final : public DeviceLink {
 
   LinkAnswer exchanged(glm::dvec3 force_n, int64_t wait_ns) {
     LinkAnswer answer;
-    const int64_t end_ns = now_ns() + wait_ns;
+    const int64_t end_ns = monotonic_ns() + wait_ns;
     // A line that is partly sent must be ended first; a newer force then waits for the next
     // exchange, but zero is sent at once.
     const bool full = !out_.empty() && force_n != glm::dvec3(0.0);
@@ -130,7 +130,7 @@ class PolhemLink final : public DeviceLink {
     }
     send();
     while (!lost_ && lines_.count < owed_) {
-      const int64_t left_ns = end_ns - now_ns();
+      const int64_t left_ns = end_ns - monotonic_ns();
       if (left_ns <= 0) break;
       wait(left_ns);
       send();
@@ -187,8 +187,8 @@ class PolhemLink final : public DeviceLink {
   }
 
   void flush_until(int64_t end_ns) {
-    while (!out_.empty() && !lost_ && now_ns() < end_ns) {
-      wait(end_ns - now_ns());
+    while (!out_.empty() && !lost_ && monotonic_ns() < end_ns) {
+      wait(end_ns - monotonic_ns());
       send();
     }
   }
