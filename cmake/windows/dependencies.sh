@@ -82,5 +82,12 @@ vulkan=$(ldconfig -p | awk '/libvulkan\.so\.1 .*x86-64/ {print $NF; exit}')
 { echo "LIBRARY vulkan-1.dll"; echo EXPORTS; nm -D --defined-only "$vulkan" | awk '$3 ~ /^vk[A-Z]/ {print $3}'; } >"$work/vulkan-1.def"
 x86_64-w64-mingw32-dlltool -d "$work/vulkan-1.def" -l "$out/lib/libvulkan-1.dll.a"
 
+# The library has these inside, so their licences go with it.
+mkdir -p "$out/licences"
+for source in fmtlib expat gdcm; do cp "$work/src/$source"-*/debian/copyright "$out/licences/$source.txt"; done
+for package in libboost-dev libeigen3-dev libglm-dev nlohmann-json3-dev libz-mingw-w64-dev g++-mingw-w64-x86-64-posix; do
+  cp -L "/usr/share/doc/$package/copyright" "$out/licences/$package.txt"
+done
+
 rm -r "$work"
 touch "$out/complete"

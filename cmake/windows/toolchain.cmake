@@ -15,8 +15,7 @@ set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
 include_directories(SYSTEM ${PALPATE_WINDOWS_LIBRARIES}/include)
 # Windows 10.
 add_compile_definitions(_WIN32_WINNT=0x0A00 WINVER=0x0A00)
-# One file for users: no DLL of the compiler's beside it.
-# zlib, too.
+# One file for users: no DLL of the compiler's or of zlib's beside it.
 set(ZLIB_LIBRARY /usr/x86_64-w64-mingw32/lib/libz.a)
 set(CMAKE_EXE_LINKER_FLAGS_INIT -static)
 set(CMAKE_SHARED_LINKER_FLAGS_INIT -static)
