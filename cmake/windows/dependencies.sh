@@ -78,7 +78,7 @@ configure_and_install gdcm gdcm-*/ -DCMAKE_C_FLAGS="-I$work/iconv" -DGDCM_BUILD_
   -DGDCM_DOCUMENTATION=OFF -DGDCM_BUILD_SHARED_LIBS=OFF -DGDCM_USE_SYSTEM_ZLIB=ON -DGDCM_USE_SYSTEM_EXPAT=ON
 
 # The loader belongs to the graphics driver: what is linked are its names, which are the same on every system.
-vulkan=$(ldconfig -p | awk '/libvulkan\.so\.1 .*x86-64/ {print $NF; exit}')
+vulkan=$(ldconfig -p | awk '/libvulkan\.so\.1 .*x86-64/ && !found {print $NF; found = 1}')
 { echo "LIBRARY vulkan-1.dll"; echo EXPORTS; nm -D --defined-only "$vulkan" | awk '$3 ~ /^vk[A-Z]/ {print $3}'; } >"$work/vulkan-1.def"
 x86_64-w64-mingw32-dlltool -d "$work/vulkan-1.def" -l "$out/lib/libvulkan-1.dll.a"
 

@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-/// std::fopen for any path: on Windows those are no texts of char. Null where it fails.
+/// std::fopen for a path, whose characters are wchar_t on Windows. Null where it fails.
 inline std::FILE* open_file(const std::filesystem::path& path, const char* mode) {
 #ifdef _WIN32
   const std::string text = mode;

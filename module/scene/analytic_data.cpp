@@ -144,8 +144,8 @@ std::vector<glm::dvec3> dichloroethane_atoms_m() {
   // The second carbon lies along +x; the three others turn about that axis by 120 degrees.
   const auto bound = [&](double length, double turn_degrees) {
     const double turn = turn_degrees / 180.0 * std::numbers::pi;
-    const glm::dvec3 along(portable::cos(angle), portable::sin(angle) * portable::cos(turn),
-                           portable::sin(angle) * portable::sin(turn));
+    const auto [sine, cosine] = portable::sin_cos(angle);
+    const glm::dvec3 along(cosine, sine * portable::cos(turn), sine * portable::sin(turn));
     return carbon + length * along;
   };
   std::vector<glm::dvec3> atoms{bound(kBondCCl, 0.0), carbon, bound(kBondCH, 120.0),

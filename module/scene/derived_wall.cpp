@@ -115,7 +115,8 @@ std::optional<DerivedWall> region_at(const Volume& soft, double half_mm, double 
                  [&](float value) { return value > iso_value; });
   const glm::dvec3 h = soft.grid.spacing_mm;
   const double smallest_mm = kSmallest_mm * wall_scale(soft.grid);
-  const size_t fewest = size_t(std::ceil(std::pow(smallest_mm, 3) / (h.x * h.y * h.z)));
+  const size_t fewest =
+      size_t(std::ceil(smallest_mm * smallest_mm * smallest_mm / (h.x * h.y * h.z)));
   const auto without_small = [&] {
     drop_small(region, true, fewest);
     drop_small(region, false, fewest);

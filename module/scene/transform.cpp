@@ -45,7 +45,7 @@ glm::dquat between(const glm::dquat& from, glm::dquat to, double share) noexcept
   const glm::dquat way = glm::conjugate(from) * to;
   const glm::dvec3 axis(way.x, way.y, way.z);
   const double sine = glm::length(axis);
-  // So near that the chord is the arc to rounding.
+  // Nearly equal: linear interpolation has the same bits, and there is no axis to divide by.
   if (sine < 1e-9) return glm::normalize(from * (1.0 - share) + to * share);
   const auto [s, c] = portable::sin_cos(share * portable::atan2(sine, way.w));
   return glm::normalize(from * glm::dquat(c, s / sine * axis));

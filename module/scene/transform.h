@@ -29,7 +29,8 @@ struct Transform {
   bool operator==(const Transform&) const = default;
 };
 
-/// The rotation a `share` of the shorter way from one to another, both of unit length (slerp).
+/// The rotation that is a `share` of the shorter way from one rotation to another (slerp). Both
+/// have unit length, and so has the result. Real-time safe.
 glm::dquat between(const glm::dquat& from, glm::dquat to, double share) noexcept;
 
 /// Splits a 4 x 4 matrix (column vectors, as OpenXR and GLM have it). kBadInput, in one sentence,

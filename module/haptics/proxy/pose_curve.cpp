@@ -15,9 +15,9 @@ glm::dvec3 angular_velocity(glm::dvec3 theta, glm::dvec3 theta_rate) {
   const double a2 = glm::dot(theta, theta), a = std::sqrt(a2);
   double b = 0.5 - a2 / 24.0, c = 1.0 / 6.0 - a2 / 120.0;
   if (a > kSmallAngle) {
-    const double half = portable::sin(0.5 * a);
-    b = 2.0 * half * half / a2;
-    c = (a - portable::sin(a)) / (a2 * a);
+    const auto [sine, cosine] = portable::sin_cos(0.5 * a);  // of half the angle
+    b = 2.0 * sine * sine / a2;
+    c = (a - 2.0 * sine * cosine) / (a2 * a);
   }
   const glm::dvec3 once = glm::cross(theta, theta_rate);
   return theta_rate - b * once + c * glm::cross(theta, once);
@@ -26,9 +26,11 @@ glm::dvec3 angular_velocity(glm::dvec3 theta, glm::dvec3 theta_rate) {
 /// Its inverse: the theta' that gives this angular velocity. |theta| <= pi.
 glm::dvec3 rotation_rate(glm::dvec3 theta, glm::dvec3 velocity) {
   const double a2 = glm::dot(theta, theta), half = 0.5 * std::sqrt(a2);
-  const double c = half > kSmallAngle
-                       ? (1.0 - half * portable::cos(half) / portable::sin(half)) / a2
-                       : 1.0 / 12.0 + a2 / 720.0;
+  double c = 1.0 / 12.0 + a2 / 720.0;
+  if (half > kSmallAngle) {
+    const auto [sine, cosine] = portable::sin_cos(half);
+    c = (1.0 - half * cosine / sine) / a2;
+  }
   const glm::dvec3 once = glm::cross(theta, velocity);
   return velocity + 0.5 * once + c * glm::cross(theta, once);
 }
@@ -77,7 +79,8 @@ glm::dquat quaternion_of(glm::dvec3 rotation) {
     return {cosine, 0.5 * sinc * rotation};
   }
   const double half = std::sqrt(squared);
-  return {portable::cos(half), portable::sin(half) / (2.0 * half) * rotation};
+  const auto [sine, cosine] = portable::sin_cos(half);
+  return {cosine, sine / (2.0 * half) * rotation};
 }
 
 glm::dvec3 rotation_of(glm::dquat q) {

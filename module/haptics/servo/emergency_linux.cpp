@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdlib>
 #include <ctime>
+#include <utility>
 
 #include "module/haptics/servo/emergency_system.h"
 
@@ -68,25 +69,20 @@ void sleep_a_millisecond() noexcept {
   nanosleep(&one_ms, nullptr);
 }
 
-struct SignalsElsewhere::Before {
-  sigset_t signals;
-};
-
 /// Not blocked: crashes, and the signals by which a runtime with garbage collection (Mono, Unity)
 /// stops each of its threads. A host's function that the servo calls makes it such a thread, and a
 /// collection would wait for it for ever.
-SignalsElsewhere::SignalsElsewhere() : before_(new Before) {
-  sigset_t all;
+std::thread thread_without_signals(std::function<void()> work) {
+  sigset_t all, before;
   sigfillset(&all);
   for (int crash : kCrashes) sigdelset(&all, crash);
   for (int collection : {SIGPWR, SIGXCPU}) sigdelset(&all, collection);
   for (int real_time = SIGRTMIN; real_time <= SIGRTMAX; ++real_time) sigdelset(&all, real_time);
-  pthread_sigmask(SIG_SETMASK, &all, &before_->signals);
-}
-
-SignalsElsewhere::~SignalsElsewhere() {
-  pthread_sigmask(SIG_SETMASK, &before_->signals, nullptr);
-  delete before_;
+  // A new thread has the mask of the one that starts it.
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  std::thread thread(std::move(work));
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  return thread;
 }
 
 }  // namespace palpate::emergency

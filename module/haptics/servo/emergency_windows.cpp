@@ -1,6 +1,7 @@
 #include <windows.h>
 
 #include <csignal>
+#include <utility>
 
 #include "module/haptics/servo/emergency_system.h"
 
@@ -14,12 +15,12 @@ LONG WINAPI on_crash(EXCEPTION_POINTERS* exception) {
   return filter_before ? filter_before(exception) : EXCEPTION_CONTINUE_SEARCH;
 }
 
-/// The C runtime ends the process after it.
+/// abort() ends the process after it.
 void on_abort(int) {
   ask_and_wait();
 }
 
-/// Called in a thread of its own. Windows ends the process when it returns from a closed console.
+/// Called in a thread of its own. Where a console was closed, Windows ends the process on return.
 BOOL WINAPI on_request(DWORD kind) {
   const bool first = ask_once();
   if (first && (kind == CTRL_C_EVENT || kind == CTRL_BREAK_EVENT)) return TRUE;
@@ -46,8 +47,8 @@ void sleep_a_millisecond() noexcept {
 }
 
 // Windows has no signals.
-struct SignalsElsewhere::Before {};
-SignalsElsewhere::SignalsElsewhere() = default;
-SignalsElsewhere::~SignalsElsewhere() = default;
+std::thread thread_without_signals(std::function<void()> work) {
+  return std::thread(std::move(work));
+}
 
 }  // namespace palpate::emergency

@@ -43,8 +43,8 @@ class ProcessPreparation {
   int latency_file_ = -1;
 };
 
-/// For the calling thread: a name, priority, core, timer slack of 1 ns, and 256 KiB of stack
-/// touched. Not real-time safe itself.
+/// For the calling thread: priority, core and 256 KiB of stack touched; on Linux also a name and a
+/// timer slack of 1 ns. Not real-time safe itself.
 void prepare_thread(const RealTimeOptions& options, ServoReport& report);
 
 /// Work that gives way to the servo loop, with its niceness. kEstimation beside a loop without
@@ -54,7 +54,7 @@ void prepare_thread(const RealTimeOptions& options, ServoReport& report);
 enum class BackgroundWork { kFirstMotion = 1, kPictures = 5, kEstimation = 10 };
 
 /// Lowers the priority of the calling thread and, by inheritance, of all that it starts, such as
-/// those of a Vulkan driver.
+/// those of a Vulkan driver (on Windows nothing is inherited).
 void give_way(BackgroundWork work) noexcept;
 
 }  // namespace palpate

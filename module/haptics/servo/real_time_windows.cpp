@@ -1,5 +1,5 @@
 #include <windows.h>
-// After windows.h, which they need.
+// After windows.h, which it needs.
 #include <avrt.h>
 
 #include "module/haptics/servo/real_time.h"
@@ -15,15 +15,16 @@ constexpr size_t kStackBytes = 256 * 1024;
   frame[0] = frame[kStackBytes - 1];
 }
 
-/// The multimedia scheduler gives what sounds and hands need; where its service is not there, the
-/// highest priority of a thread that no right is needed for.
+/// The priority of the multimedia scheduler; where that service does not run, the highest priority
+/// for which a program needs no special right.
 void set_priority(ServoReport& report) {
   const char* what = "real-time priority";
   DWORD task = 0;
   if (const HANDLE registered = AvSetMmThreadCharacteristicsW(L"Pro Audio", &task)) {
     AvSetMmThreadPriority(registered, AVRT_PRIORITY_CRITICAL);
     report.has_priority = true;
-    report.items.push_back({what, true, "The multimedia scheduler's, of the task Pro Audio."});
+    report.items.push_back(
+        {what, true, "That of the task \"Pro Audio\" of the multimedia scheduler."});
   } else if (SetThreadPriority(GetCurrentThread(), THREAD_PRIORITY_TIME_CRITICAL)) {
     report.items.push_back({what, false,
                             "The thread has the highest priority of ordinary programs: for more, "

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compute/volume/portable.h"
 #include "module/haptics/force_vector.h"
 
 namespace palpate {
@@ -11,8 +12,8 @@ namespace {
 /// The rotation by a vector: its length is the angle. Smooth at zero.
 glm::dquat turn(glm::dvec3 by) {
   const double angle = glm::length(by);
-  const double share = angle > 1e-8 ? std::sin(0.5 * angle) / angle : 0.5;
-  return {std::cos(0.5 * angle), share * by};
+  const auto [sine, cosine] = portable::sin_cos(0.5 * angle);
+  return {cosine, (angle > 1e-8 ? sine / angle : 0.5) * by};
 }
 
 }  // namespace

@@ -36,11 +36,8 @@ Result<std::unique_ptr<Servo>> Servo::start(ForceDevice& device, Ticker& ticker,
   servo->preparation_ = std::make_unique<ProcessPreparation>(options.real_time, servo->report_);
   servo->loop_ = std::make_unique<ServoLoop>(device, ticker, clock ? *clock : *servo->own_clock_,
                                              *servo->ports_, options.loop, options.listeners);
-  {
-    const emergency::SignalsElsewhere none;
-    servo->thread_ = std::thread(
-        [raw = servo.get(), wanted = options.real_time] { raw->run(*raw->loop_, wanted); });
-  }
+  servo->thread_ = emergency::thread_without_signals(
+      [raw = servo.get(), wanted = options.real_time] { raw->run(*raw->loop_, wanted); });
   servo->start_.wait(Start::kPending);
   if (servo->start_.load() == Start::kRefused)
     return Error{ErrorKind::kBadInput, "Eight servo loops run already: stop one of them first."};

@@ -59,11 +59,14 @@ class Hosts:
             hosts.output("cc", "-std=c99", "-O2", include, "-o", folder / name, source, f"-L{build}", "-lpalpate", "-lm")
             hosts.output(COMPILER, "-std=c99", "-O2", include, "-static", "-o", folder / f"{name}.exe", source, windows / "libpalpate.dll.a")
 
-    def run(self, name: str, *arguments) -> tuple:
-        """What both say."""
-        linux = hosts.output(f"./{name}", *arguments, cwd=self.folder, env=self.environment)
-        windows = hosts.output("wine", f"{name}.exe", *arguments, cwd=self.folder, env=self.environment)
-        return linux, windows.replace("\r", "")
+    def run(self, name: str, *arguments, makes: str = "") -> tuple:
+        """What both say. A file that both make is afterwards called "linux NAME" and "windows NAME"."""
+        told = []
+        for system, command in (("linux", [f"./{name}"]), ("windows", ["wine", f"{name}.exe"])):
+            told.append(hosts.output(*command, *arguments, cwd=self.folder, env=self.environment).replace("\r", ""))
+            if makes:
+                (self.folder / makes).rename(self.folder / f"{system} {makes}")
+        return tuple(told)
 
 
 def wrong_files(folder: Path, shared: Path) -> list:
@@ -94,27 +97,25 @@ def main() -> None:
                 display = f":{told.readline().strip()}"
             folder = Path(made)
             both = Hosts(build, windows, folder, display)
-            for name in ("lung", "heart_cine"):
+            for name in ("lung", "heart_cine", "liver", "kit"):
                 (folder / name).symlink_to(shared / name)
 
             heart = hosts.Heart(palpate, shared, folder, hosts.SIZE)
             frames = [frame.relative_to(shared) for frame in heart.frames]
-            for name, said in zip(("Linux", "Windows"), both.run("replay_host", "motion", "heart.ticks", "drawn.ppm", hosts.SIZE, *frames)):
+            for name, said in zip(("Linux", "Windows"), both.run("replay_host", "motion", "heart.ticks", "drawn.ppm", hosts.SIZE, *frames, makes="drawn.ppm")):
                 said = json.loads(said)
                 print(f"{name}: {said['ticks']} ticks, {said['different']} of them different")
                 assert said["ticks"] > 2000 and said["different"] == 0, said
-            # The second program wrote over the first one's picture.
             reference = hosts.read_png(heart.picture)[:3 * hosts.SIZE * hosts.SIZE]
-            agrees = hosts.peak_snr_db(reference, hosts.read_ppm(folder / "drawn.ppm"))
+            agrees = hosts.peak_snr_db(reference, hosts.read_ppm(folder / "windows drawn.ppm"))
             print(f"Windows' picture agrees with the program's to {agrees:.1f} dB")
             assert agrees >= 40.0
 
-            for preset, pair in (("fast", frames[:2]), ("balanced", ["lung/pair_fixed.mha", "lung/pair_moving.mha"])):
-                linux, told = both.run("motion_host", preset, "field.nrrd", *pair)
-                (folder / "field.nrrd").rename(folder / "windows.nrrd")
-                hosts.output("./motion_host", preset, "linux.nrrd", *pair, cwd=folder, env=both.environment)
-                differ = compare_fields(folder / "linux.nrrd", folder / "windows.nrrd")
-                seconds = [json.loads(said)["seconds"] for said in (linux, told)]
+            for preset, pair in (("fast", frames[:2]), ("balanced", ["lung/pair_fixed.mha", "lung/pair_moving.mha"]),
+                                 ("balanced", ["kit/tooth_affine/fixed.mha", "kit/tooth_affine/moving.mha"]), ("balanced", ["liver/19/fixed.mha", "liver/19/moving_1.mha"])):
+                said = both.run("motion_host", preset, "field.nrrd", *pair, makes="field.nrrd")
+                differ = compare_fields(folder / "linux field.nrrd", folder / "windows field.nrrd")
+                seconds = [json.loads(one)["seconds"] for one in said]
                 print(f"{pair[0]}, {preset}: the fields differ by {differ:.2g} voxel at most; {seconds[0]:.1f} s, under Wine {seconds[1]:.1f} s")
                 assert differ <= FIELDS_WITHIN_VOXEL
 
