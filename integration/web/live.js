@@ -74,13 +74,13 @@ async function load() {
 function arrange() {
   document.title = `palpate: ${scene.title}`;
   find('title').textContent = scene.title;
-  const first = eyeBefore(scene.low_m, scene.high_m, canvas.clientWidth / Math.max(1, canvas.clientHeight), kHeightAngle);
+  const first = eyeBefore(scene.corners_m, canvas.clientWidth / Math.max(1, canvas.clientHeight), kHeightAngle);
   camera = {centre: first.centre, distance: first.distance, azimuth: Math.atan2(first.way[0], first.way[2]), elevation: Math.asin(first.way[1])};
   for (const id of ['depth-label', 'sound', 'force']) find(id).hidden = !scene.can_touch;
   for (const row of document.querySelectorAll('.touching')) row.hidden = !scene.can_touch;
   find('time-label').hidden = scene.times_s.length < 2;
   if (scene.patient)
-    for (const letter of 'LRSIAP') find('letters').append(Object.assign(document.createElement('span'), {textContent: letter}));
+    for (let n = 0; n < 6; ++n) find('letters').append(document.createElement('span'));
   fetch('address.svg').then(async (reply) => {
     if (!reply.ok) return;
     const drawn = new DOMParser().parseFromString(await reply.text(), 'image/svg+xml').documentElement;
@@ -274,12 +274,17 @@ find('help-button').addEventListener('click', () => {
 
 // The picture.
 
+/** A place in volume space, by shares of the edges of the box that the data fill. */
+function inBox(share) {
+  return scene.box.axes.reduce((sum, axis, a) => add(sum, axis, share[a] * scene.box.edges_m[a]), scene.box.corner_m);
+}
+
 /** Edges of the data, and the hand: a ball at the surface that it touches, and the force as an arrow. */
 function things() {
   const size = ball() / 0.1, at = place(), list = [];
   // At least as wide as a pixel.
   const edge = Math.max(0.0004 * size, 1.4 * Math.tan(kHeightAngle / 2) * camera.distance / canvas.height);
-  const corner = (c) => point(at, [0, 1, 2].map((a) => (c >> a & 1 ? scene.box_high_m[a] : scene.box_low_m[a])));
+  const corner = (c) => point(at, inBox([c & 1, c >> 1 & 1, c >> 2]));
   for (let c = 0; c < 8; ++c)
     for (let a = 0; a < 3; ++a)
       if (!(c >> a & 1))
@@ -298,14 +303,14 @@ function things() {
   return list;
 }
 
-/** The letters of the patient's sides, beside the faces of the data: x = L, y = S, z = -P. */
+/** The letters of the patient's sides, beside the faces of the data. */
 function placeLetters(from) {
-  const low = scene.box_low_m, high = scene.box_high_m, middle = scale(add(low, high), 0.5);
   const beyond = 0.1 * ball() / Math.max(length(place().slice(0, 3)), 1e-9);
   [...find('letters').children].forEach((letter, n) => {
-    const axis = n >> 1, at = [...middle];
-    const sign = n === 4 || n % 2 === 0 ? 1 : -1; // L R S I A P
-    at[axis] = (sign > 0 ? high[axis] : low[axis]) + sign * beyond;
+    const axis = n >> 1, side = n % 2, share = [0.5, 0.5, 0.5];
+    share[axis] = side;
+    letter.textContent = scene.sides[n];
+    const at = add(inBox(share), scene.box.axes[axis], side ? beyond : -beyond);
     const to = add(point(place(), at), from.from, -1), depth = -dot(to, from.back);
     letter.hidden = depth <= 0;
     letter.style.left = `${canvas.clientWidth * (0.5 + 0.5 * dot(to, from.right) / depth / from.tan[1])}px`;
@@ -435,7 +440,7 @@ globalThis.palpate = {
   get headset() { return headset; },
   send,
   shot(size, time_s) {
-    const first = eyeBefore(scene.low_m, scene.high_m, 1, kHeightAngle);
+    const first = eyeBefore(scene.corners_m, 1, kHeightAngle);
     canvas.width = canvas.height = size;
     view.bringTo(time_s);
     view.draw(eyeAt(add(first.centre, first.way, first.distance), first.centre, kHeightAngle, 1), place(), [], null, [0, 0, size, size]);

@@ -7,10 +7,12 @@
 #include <cstring>
 #include <glm/gtc/packing.hpp>
 #include <glm/gtc/type_ptr.hpp>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "compute/volume/parallel.h"
 #include "integration/web/web_page.h"
+#include "module/scene/data_box.h"
 #include "module/view/parameters.h"
 #include "module/view/resident_volume.h"
 
@@ -233,9 +235,20 @@ void LiveScene::pack(const ViewScene& shown, const SceneSnapshot& snapshot) {
   const auto parameters = view::volume_parameters_of(shown, drawn, {&eye, 1}, {1, 1}, frames, 1.0);
 
   const std::string& source = scene_->volumes[size_t(volume_)].spec.source;
-  glm::dvec3 low, high;
-  picture_.box(snapshot, low, high);
-  const FrameData& first = *volume.frames.front();
+  glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
+  json corners;
+  for (const glm::dvec3 corner : picture_.corners(snapshot)) {
+    corners.push_back(numbers(corner));
+    low = glm::min(low, corner);
+    high = glm::max(high, corner);
+  }
+  const DataBox box = box_of(*volume.frames.front());
+  json axes, sides;  // sides: before and after the box, axis by axis
+  for (int a = 0; a < 3; ++a) {
+    axes.push_back(numbers(box.axes[a]));
+    sides.push_back(side_of(-box.axes[a]));
+    sides.push_back(side_of(box.axes[a]));
+  }
   const auto of_vec4 = [](glm::vec4 v) { return json{v.x, v.y, v.z, v.w}; };
   const glm::ivec3 size = frames.place.size;
   description_ =
@@ -243,8 +256,11 @@ void LiveScene::pack(const ViewScene& shown, const SceneSnapshot& snapshot) {
            {"size", {size.x, size.y, size.z}},
            {"spacing_mm", numbers(frames.spacing_mm)},
            {"voxel_from_volume", affine(frames.place.index_from_volume, frames.place.offset)},
-           {"box_low_m", numbers(first.low_m())},
-           {"box_high_m", numbers(first.high_m())},
+           {"box",
+            {{"corner_m", numbers(box.corner_m)},
+             {"axes", axes},
+             {"edges_m", numbers(box.edges_m)}}},
+           {"sides", sides},
            {"frames", frame_parts},
            {"motion", motion},
            {"whole", volume.whole != nullptr},
@@ -257,6 +273,7 @@ void LiveScene::pack(const ViewScene& shown, const SceneSnapshot& snapshot) {
            {"stretch", of_vec4(parameters.stretch)},
            {"background", {numbers(shown.background_top), numbers(shown.background_bottom)}},
            {"light", numbers(glm::normalize(shown.light))},
+           {"corners_m", corners},
            {"low_m", numbers(low)},
            {"high_m", numbers(high)},
            {"tool_m", scene_->tool_radius_m},

@@ -58,13 +58,14 @@ export function eyeAt(from, to, heightAngle, aspect) {
 }
 
 /** The eye of `palpate view`: in front of a box, a little to the right and above, all of it just visible. */
-export function eyeBefore(low, high, aspect, heightAngle = 0.55) {
-  const centre = scale(add(low, high), 0.5), half = scale(add(high, low, -1), 0.5);
+export function eyeBefore(corners, aspect, heightAngle = 0.55) {
+  const ends = [0, 1, 2].map((a) => corners.map((corner) => corner[a]));
+  const centre = ends.map((along) => 0.5 * (Math.min(...along) + Math.max(...along)));
   const way = unit([0.42, 0.30, 1.0]);
   const eye = eyeAt(add(centre, way), centre, heightAngle, aspect);
   let distance = 1e-6;
-  for (let c = 0; c < 8; ++c) {
-    const corner = half.map((h, a) => (c >> a & 1 ? h : -h));
+  for (const place of corners) {
+    const corner = add(place, centre, -1);
     const x = Math.abs(dot(corner, eye.right)) / (0.93 * eye.tan[1]), y = Math.abs(dot(corner, eye.up)) / (0.93 * eye.tan[3]);
     distance = Math.max(distance, Math.max(x, y) + dot(corner, eye.back));
   }

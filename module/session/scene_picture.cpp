@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "module/scene/data_box.h"
 #include "module/session/moved_volume.h"
 #include "module/view/letters.h"
 
@@ -333,27 +335,24 @@ std::optional<OrthogonalSlices> ScenePicture::slices(const SceneSnapshot& snapsh
   return slices;
 }
 
-void ScenePicture::box(const SceneSnapshot& snapshot, glm::dvec3& low, glm::dvec3& high) const {
-  low = glm::dvec3(1e300), high = glm::dvec3(-1e300);
+std::vector<glm::dvec3> ScenePicture::corners(const SceneSnapshot& snapshot) const {
+  std::vector<glm::dvec3> corners_m;
   // All volumes that are felt, also hidden ones, so that the hand stays in view.
   for (size_t v = 0; v < felt_->volumes.size(); ++v) {
-    const FrameData& frame = *felt_->volumes[v].data->frames.front();
+    const DataBox edges = box_of(*felt_->volumes[v].data->frames.front());
     const Transform& place = snapshot.volumes[v].world_from_volume;
-    for (int c = 0; c < 8; ++c) {
-      const glm::dvec3 t(c & 1, c >> 1 & 1, c >> 2);
-      const glm::dvec3 x = place.world_from_volume(glm::mix(frame.low_m(), frame.high_m(), t));
-      low = glm::min(low, x);
-      high = glm::max(high, x);
-    }
+    for (int c = 0; c < 8; ++c) corners_m.push_back(place.world_from_volume(edges.corner(c)));
   }
+  return corners_m;
 }
 
 void ScenePicture::bounds(const SceneSnapshot& snapshot, glm::dvec3& centre,
                           double& radius_m) const {
-  glm::dvec3 low, high;
-  box(snapshot, low, high);
-  centre = 0.5 * (low + high);
-  radius_m = 0.5 * glm::distance(low, high);
+  const std::vector<glm::dvec3> corners_m = corners(snapshot);
+  centre = middle_of(corners_m);
+  radius_m = 0.0;
+  for (const glm::dvec3 corner : corners_m)
+    radius_m = std::max(radius_m, glm::distance(corner, centre));
 }
 
 void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, double radius_m,
@@ -373,11 +372,11 @@ void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, dou
   }
   if (!choices_.box) return;
   for (size_t v = 0; v < volumes_.size(); ++v) {
-    const FrameData& frame = *volumes_[v]->frames.front();
+    const DataBox edges = box_of(*volumes_[v]->frames.front());
     const Transform& place = scene.volumes[v].world_from_volume;
-    add_box(scene.things, place, frame.low_m(), frame.high_m(), 0.0004 * size, kBoxColour);
+    add_box(scene.things, place, edges, 0.0004 * size, kBoxColour);
     if (has_patient(v))
-      add_letters(scene.things, place, frame.low_m(), frame.high_m(), eye, 0.010 * size,
+      add_letters(scene.things, place, edges, eye, 0.010 * size,
                   choices_.background == PictureBackground::kLight ? kLettersOnLight : kLetters);
   }
 }
@@ -521,9 +520,18 @@ double usual_azimuth_deg() {
   return glm::degrees(std::atan2(kUsualDirection.x, kUsualDirection.z));
 }
 
-Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size, const SeenFrom& from) {
+glm::dvec3 middle_of(std::span<const glm::dvec3> corners_m) {
+  glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
+  for (const glm::dvec3 corner : corners_m) {
+    low = glm::min(low, corner);
+    high = glm::max(high, corner);
+  }
+  return corners_m.empty() ? glm::dvec3(0.0) : 0.5 * (low + high);
+}
+
+Eye eye_before(std::span<const glm::dvec3> corners_m, PictureSize size, const SeenFrom& from) {
   constexpr double kFilled = 0.93;  // share of the picture: letters stand around the box
-  const glm::dvec3 centre = 0.5 * (low_m + high_m), half = 0.5 * (high_m - low_m);
+  const glm::dvec3 centre = middle_of(corners_m);
   glm::dvec3 direction = glm::normalize(kUsualDirection);
   if (from.azimuth_deg || from.elevation_deg) {
     const double azimuth = glm::radians(from.azimuth_deg.value_or(usual_azimuth_deg()));
@@ -535,9 +543,8 @@ Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size, const Seen
   const Eye unit = eye_at(centre + direction, centre, kHeightAngle, size);
   // Far enough for every corner to be within both angles of view.
   double distance = 1e-6;
-  for (int c = 0; c < 8; ++c) {
-    const glm::dvec3 sign(c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1);
-    const glm::dvec3 corner = glm::conjugate(unit.orientation) * (sign * half);
+  for (const glm::dvec3 corner_m : corners_m) {
+    const glm::dvec3 corner = glm::conjugate(unit.orientation) * (corner_m - centre);
     const double needed = std::max(std::abs(corner.x) / (kFilled * unit.tan_right),
                                    std::abs(corner.y) / (kFilled * unit.tan_up));
     distance = std::max(distance, needed + corner.z);
@@ -549,10 +556,10 @@ Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size, const Seen
   return eye;
 }
 
-std::array<Eye, 2> eyes_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size,
+std::array<Eye, 2> eyes_before(std::span<const glm::dvec3> corners_m, PictureSize size,
                                const SeenFrom& from) {
-  const Eye middle = eye_before(low_m, high_m, size, from);
-  return eyes_of_head(middle, glm::distance(middle.position_m, 0.5 * (low_m + high_m)));
+  const Eye middle = eye_before(corners_m, size, from);
+  return eyes_of_head(middle, glm::distance(middle.position_m, middle_of(corners_m)));
 }
 
 std::array<Eye, 2> eyes_of_head(const Eye& middle, double distance) {

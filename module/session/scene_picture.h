@@ -87,9 +87,10 @@ class ScenePicture {
   /// After update().
   std::optional<OrthogonalSlices> slices(const SceneSnapshot& snapshot, int edge_px) const;
 
-  /// A box around all volumes at their places in `snapshot`, along the axes of the world, m.
-  void box(const SceneSnapshot& snapshot, glm::dvec3& low, glm::dvec3& high) const;
-  /// A sphere around the same box, world, m.
+  /// The corners of the boxes of all volumes that are felt, eight for each, at their places in
+  /// `snapshot`, world, m.
+  std::vector<glm::dvec3> corners(const SceneSnapshot& snapshot) const;
+  /// A sphere around them, world, m.
   void bounds(const SceneSnapshot& snapshot, glm::dvec3& centre, double& radius_m) const;
 
  private:
@@ -135,13 +136,16 @@ ClipPlane cut_before(const Eye& eye, glm::dvec3 touched_m, glm::dvec3 centre_m, 
 /// The azimuth of a picture for which none is chosen, degrees.
 double usual_azimuth_deg();
 
-/// An eye in front of a box (world, m) from which, without zoom, all of it is just visible.
-Eye eye_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size, const SeenFrom& from = {});
+/// The middle of the box along the world's axes around some places, m; 0 without any.
+glm::dvec3 middle_of(std::span<const glm::dvec3> corners_m);
+/// An eye in front of boxes, given by all their corners (world, m), from which, without zoom, all
+/// of them is just visible.
+Eye eye_before(std::span<const glm::dvec3> corners_m, PictureSize size, const SeenFrom& from = {});
 /// The two eyes of a head in the place of this eye, which looks at something at this distance: both
 /// frame the same there.
 std::array<Eye, 2> eyes_of_head(const Eye& middle, double distance_m);
 /// The two eyes of a head in the place of eye_before().
-std::array<Eye, 2> eyes_before(glm::dvec3 low_m, glm::dvec3 high_m, PictureSize size,
+std::array<Eye, 2> eyes_before(std::span<const glm::dvec3> corners_m, PictureSize size,
                                const SeenFrom& from = {});
 
 }  // namespace palpate

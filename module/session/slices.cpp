@@ -3,46 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "module/scene/data_box.h"
 #include "module/session/moved_volume.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kNamed = 0.35;  // component of a direction that is named among its sides
-
-/// The box that the data fill, along their own axes.
-struct DataBox {
-  glm::dvec3 corner_m{0.0};
-  glm::dmat3 axes{1.0};  ///< unit vectors, volume space
-  glm::dvec3 edges_m{0.0};
-};
-
-DataBox box_of(const FrameData& frame) {
-  const GridPlace* place = frame.samples().place;
-  if (!place) return {frame.low_m(), glm::dmat3(1.0), frame.high_m() - frame.low_m()};
-  // Voxels reach half an edge beyond their centres.
-  const glm::dmat3 volume_from_index = glm::inverse(place->index_from_volume);
-  DataBox box;
-  box.corner_m = volume_from_index * (glm::dvec3(-0.5) - place->offset);
-  for (int a = 0; a < 3; ++a) {
-    const double edge_m = glm::length(volume_from_index[a]);
-    box.axes[a] = volume_from_index[a] / edge_m;
-    box.edges_m[a] = edge_m * place->size[a];
-  }
-  return box;
-}
-
-/// The patient's side in a direction of volume space (x = L, y = S, z = A): its main parts.
-std::string side_of(glm::dvec3 way) {
-  constexpr char kSides[3][2] = {{'R', 'L'}, {'I', 'S'}, {'P', 'A'}};
-  std::array<int, 3> order{0, 1, 2};
-  std::sort(order.begin(), order.end(),
-            [&](int a, int b) { return std::abs(way[a]) > std::abs(way[b]); });
-  std::string side;
-  for (const int a : order)
-    if (std::abs(way[a]) > kNamed) side += kSides[a][way[a] > 0.0];
-  return side;
-}
+constexpr double kUpright = 0.35;  // component of an axis that can be shown upright
 
 /// The two axes of a picture, as radiologists turn it.
 struct SliceAxes {
@@ -54,7 +21,7 @@ SliceAxes axes_of(const DataBox& box, int normal) {
   const int a = normal == 0 ? 1 : 0, b = normal == 2 ? 1 : 2;
   const auto up = [&](int axis, int component) { return std::abs(box.axes[axis][component]); };
   // Upright is superior, or where neither axis is, anterior.
-  const bool is_axial = std::max(up(a, 1), up(b, 1)) < kNamed;
+  const bool is_axial = std::max(up(a, 1), up(b, 1)) < kUpright;
   const int upright = is_axial ? 2 : 1;
   SliceAxes axes;
   axes.along = up(a, upright) > up(b, upright) ? a : b;

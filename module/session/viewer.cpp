@@ -62,11 +62,10 @@ Result<std::vector<Picture>> Viewer::take(const SceneSnapshot& snapshot, int64_t
 
 Result<std::vector<Picture>> Viewer::take_all(const SceneSnapshot& snapshot, PictureSize size,
                                               int eyes) {
-  glm::dvec3 low, high;
-  picture_.box(snapshot, low, high);
+  const std::vector<glm::dvec3> corners_m = picture_.corners(snapshot);
   const SeenFrom& from = picture_.choices().from;
-  std::array<Eye, 2> before = eyes_before(low, high, size, from);
-  if (eyes == 1) before[0] = eye_before(low, high, size, from);
+  std::array<Eye, 2> before = eyes_before(corners_m, size, from);
+  if (eyes == 1) before[0] = eye_before(corners_m, size, from);
   return take(snapshot, snapshot.now_ns, {before.data(), size_t(eyes)}, size);
 }
 

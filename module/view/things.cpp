@@ -43,12 +43,9 @@ void add_arrow(Things& things, glm::dvec3 from, glm::dvec3 force_n, double m_per
   things.push_back({neck, from + way, 2.4 * radius_m, 0.15 * radius_m, colour});
 }
 
-void add_box(Things& things, const Transform& world_from_volume, glm::dvec3 low_m,
-             glm::dvec3 high_m, double radius_m, glm::dvec3 colour) {
-  const auto corner = [&](int c) {
-    const glm::dvec3 end(c & 1, c >> 1 & 1, c >> 2);
-    return world_from_volume.world_from_volume(glm::mix(low_m, high_m, end));
-  };
+void add_box(Things& things, const Transform& world_from_volume, const DataBox& box,
+             double radius_m, glm::dvec3 colour) {
+  const auto corner = [&](int c) { return world_from_volume.world_from_volume(box.corner(c)); };
   for (int c = 0; c < 8; ++c)
     for (int axis = 0; axis < 3; ++axis)
       if (!(c >> axis & 1)) add_rod(things, corner(c), corner(c | 1 << axis), radius_m, colour);

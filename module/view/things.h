@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "module/scene/data_box.h"
 #include "module/scene/frame_data.h"
 #include "module/scene/transform.h"
 
@@ -32,8 +33,8 @@ void add_arrow(Things& things, glm::dvec3 from, glm::dvec3 force_n, double m_per
                glm::dvec3 colour);
 
 /// The edges of a box, given in a volume's space.
-void add_box(Things& things, const Transform& world_from_volume, glm::dvec3 low_m,
-             glm::dvec3 high_m, double radius_m, glm::dvec3 colour);
+void add_box(Things& things, const Transform& world_from_volume, const DataBox& box,
+             double radius_m, glm::dvec3 colour);
 
 /// The colour of a stream tube where the vectors have this length: from blue (`least`) over white
 /// to red (`most`), logarithmically.

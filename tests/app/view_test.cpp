@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "compute/volume/heart_phantom.h"
+#include "module/scene/data_box.h"
 #include "module/scene/look.h"
 #include "module/session/scene_picture.h"
 #include "tests/app/program.h"
@@ -84,7 +85,7 @@ TEST(EyeBefore, SeesAllOfABoxAndNotMuchMore) {
   for (const glm::dvec3 half :
        {glm::dvec3(0.064), glm::dvec3(0.08, 0.02, 0.05), glm::dvec3(0.01, 0.1, 0.01)}) {
     const glm::dvec3 centre(0.1, 0.2, -0.3);
-    const Eye eye = eye_before(centre - half, centre + half, {300, 300});
+    const Eye eye = eye_before(straight_box(centre - half, centre + half).corners(), {300, 300});
     double furthest = 0.0;
     for (int c = 0; c < 8; ++c) {
       const glm::dvec3 sign(c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1);
@@ -166,15 +167,15 @@ TEST(View, ShowsTheDerivedWallWhereItIsAsked) {
 }
 
 TEST(EyeBefore, LooksFromWhereItIsAsked) {
-  const glm::dvec3 low(-0.1), high(0.1);
+  const auto corners_m = straight_box(glm::dvec3(-0.1), glm::dvec3(0.1)).corners();
   const auto direction = [&](const SeenFrom& from) {
-    return glm::normalize(eye_before(low, high, {100, 100}, from).position_m);
+    return glm::normalize(eye_before(corners_m, {100, 100}, from).position_m);
   };
   EXPECT_LT(glm::distance(direction({0.0, 0.0, 1.0}), {0.0, 0.0, 1.0}), 1e-12) << "the front";
   EXPECT_LT(glm::distance(direction({90.0, 0.0, 1.0}), {1.0, 0.0, 0.0}), 1e-12) << "the left";
   EXPECT_NEAR(direction({{}, 60.0, 1.0}).y, std::sin(glm::radians(60.0)), 1e-12);
-  const Eye near = eye_before(low, high, {100, 100}, {{}, {}, 2.0});
-  const Eye far = eye_before(low, high, {100, 100});
+  const Eye near = eye_before(corners_m, {100, 100}, {{}, {}, 2.0});
+  const Eye far = eye_before(corners_m, {100, 100});
   EXPECT_EQ(near.position_m, far.position_m);
   EXPECT_NEAR(near.tan_right, 0.5 * far.tan_right, 1e-12);
 }
