@@ -350,7 +350,7 @@ class HttpsServer::Work::Connection : public std::enable_shared_from_this<Connec
   Work& work_;
   std::shared_ptr<ssl::context> tls_;
   TlsStream stream_;
-  std::optional<websocket::stream<TlsStream>> messages_;
+  std::optional<websocket::stream<TlsStream, false>> messages_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::empty_body>> parser_;
   std::optional<http::response<http::span_body<const char>>> response_;
