@@ -51,8 +51,10 @@ header_package Eigen3 Eigen3::Eigen
 header_package nlohmann_json nlohmann_json::nlohmann_json
 
 configure_and_install() {  # NAME SOURCE [OPTION...]
+  # No source folder of this machine in the messages of the libraries.
+  local flags="-ffile-prefix-map=$work/= -I$work/iconv"
   cmake -G Ninja -S "$2" -B "$work/$1" -DCMAKE_TOOLCHAIN_FILE="$here/toolchain.cmake" -DPALPATE_WINDOWS_LIBRARIES="$out" \
-    -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX="$out" -DBUILD_SHARED_LIBS=OFF "${@:3}"
+    -DCMAKE_C_FLAGS="$flags" -DCMAKE_CXX_FLAGS="$flags" -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX="$out" -DBUILD_SHARED_LIBS=OFF "${@:3}"
   cmake --build "$work/$1" -j "$(nproc)"
   cmake --install "$work/$1"
 }
@@ -74,7 +76,7 @@ static inline size_t iconv(iconv_t c, char** in, size_t* in_left, char** out, si
 }
 static inline int iconv_close(iconv_t c) { (void)c; return 0; }
 HEADER
-configure_and_install gdcm gdcm-*/ -DCMAKE_C_FLAGS="-I$work/iconv" -DGDCM_BUILD_APPLICATIONS=OFF -DGDCM_BUILD_TESTING=OFF -DGDCM_BUILD_EXAMPLES=OFF \
+configure_and_install gdcm gdcm-*/ -DGDCM_BUILD_APPLICATIONS=OFF -DGDCM_BUILD_TESTING=OFF -DGDCM_BUILD_EXAMPLES=OFF \
   -DGDCM_DOCUMENTATION=OFF -DGDCM_BUILD_SHARED_LIBS=OFF -DGDCM_USE_SYSTEM_ZLIB=ON -DGDCM_USE_SYSTEM_EXPAT=ON
 
 # The loader belongs to the graphics driver: what is linked are its names, which are the same on every system.
