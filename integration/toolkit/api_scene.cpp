@@ -14,6 +14,7 @@
 #include "integration/toolkit/motion_content.h"
 #include "integration/toolkit/options.h"
 #include "module/haptics/scene/scene.h"
+#include "module/scene/data_box.h"
 
 namespace palpate::toolkit {
 namespace {
@@ -344,6 +345,11 @@ PalResult pal_scene_volume(const PalScene* scene, uint32_t index, PalVolume* vol
     for (int a = 0; a < 3; ++a) {
       known.low_m[a] = data.frames.front()->low_m()[a];
       known.high_m[a] = data.frames.front()->high_m()[a];
+    }
+    const palpate::DataBox box = palpate::box_of(*data.frames.front());
+    for (int a = 0; a < 3; ++a) {
+      known.corner_m[a] = box.corner_m[a];
+      for (int c = 0; c < 3; ++c) known.edges_m[a][c] = box.edges_m[a] * box.axes[a][c];
     }
     rows_of(spec.transform, known.world_from_volume);
     known.is_motion_known = std::none_of(

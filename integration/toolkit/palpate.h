@@ -485,10 +485,13 @@ typedef struct PalVolume {
   uint32_t size; /* sizeof(PalVolume), set before the call */
   uint32_t frame_count;
   double length_s;              /* duration of the sequence at rate 1 */
-  double low_m[3], high_m[3];   /* the box of its data, volume space */
+  double low_m[3], high_m[3];   /* what contains its data, along the axes of volume space */
   double world_from_volume[12]; /* at the start: three rows of four, m */
   uint32_t is_motion_known;     /* 0: it stands still until a session has estimated the motion */
   uint32_t is_movable;          /* 1: the host may place it, see pal_session_place() */
+  /* The box that its data fill, along their own axes: a corner, and from there its three edges,
+     volume space. The data of most MR of the heart lie obliquely. */
+  double corner_m[3], edges_m[3][3];
 } PalVolume;
 
 /* Gives volume `index`; PAL_END after the last one. [ANY] */

@@ -301,6 +301,16 @@ TEST(CLibrary, FeelsFramesInMemory) {
   PAL_ASSERT_OK(pal_scene_volume(opened.scene, 0, &volume));
   EXPECT_EQ(volume.frame_count, 1U);
   EXPECT_NEAR(volume.high_m[0], 0.032, 0.0011);
+  // The box along the data's own axes fills the one along volume space's.
+  for (int a = 0; a < 3; ++a) {
+    double low = volume.corner_m[a], high = low;
+    for (const auto& edge_m : volume.edges_m) {
+      low += std::min(edge_m[a], 0.0);
+      high += std::max(edge_m[a], 0.0);
+    }
+    EXPECT_NEAR(low, volume.low_m[a], 1e-12);
+    EXPECT_NEAR(high, volume.high_m[a], 1e-12);
+  }
   EXPECT_EQ(pal_scene_volume(opened.scene, 1, &volume), PAL_END);
   HostHand hand{opened.session};
   const double z_m = hand.press(1.0);

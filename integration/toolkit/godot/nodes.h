@@ -9,6 +9,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <vector>
 
 #include "binding.h"
 #include "hand_link.h"
@@ -156,8 +157,8 @@ class VolumeNode final : public EngineNode {
   void open(uint32_t width, uint32_t height, uint32_t eye_count);
   void close();
   void make_screen();
-  void find_box(HandPoint& low, HandPoint& high) const;
-  void add_camera(const HandPoint& low, const HandPoint& high);
+  std::vector<HandPoint> corners() const;
+  void add_camera();
   PalEye eye_at(const EngineTransform& place, const EngineProjection& projection) const;
   void draw(const Variant& camera);
   void fail(const std::string& sentence);

@@ -194,10 +194,9 @@ void VolumeNode::make_screen() {
   }
 }
 
-/// A box around all volumes, in palpate's world.
-void VolumeNode::find_box(HandPoint& low, HandPoint& high) const {
-  low = {1e9, 1e9, 1e9};
-  high = {-1e9, -1e9, -1e9};
+/// The corners of the boxes of all volumes, in palpate's world.
+std::vector<HandPoint> VolumeNode::corners() const {
+  std::vector<HandPoint> found;
   PalVolume volume{};
   volume.size = sizeof volume;
   PalVolumeState now{};
@@ -205,30 +204,44 @@ void VolumeNode::find_box(HandPoint& low, HandPoint& high) const {
   for (uint32_t v = 0; pal_scene_volume(scene_->scene(), v, &volume) == PAL_OK &&
                        pal_session_volume(scene_->session(), v, &now) == PAL_OK;
        ++v)
-    for (int corner = 0; corner < 8; ++corner)
-      for (size_t row = 0; row < 3; ++row) {
-        double at = now.world_from_volume[4 * row + 3];
-        for (size_t a = 0; a < 3; ++a)
-          at += now.world_from_volume[4 * row + a] *
-                (corner >> a & 1 ? volume.high_m[a] : volume.low_m[a]);
-        low[row] = std::min(low[row], at);
-        high[row] = std::max(high[row], at);
+    for (int corner = 0; corner < 8; ++corner) {
+      HandPoint place{}, at{};
+      for (size_t a = 0; a < 3; ++a) {
+        place[a] = volume.corner_m[a];
+        for (int edge = 0; edge < 3; ++edge)
+          if (corner >> edge & 1) place[a] += volume.edges_m[edge][a];
       }
+      for (size_t row = 0; row < 3; ++row) {
+        at[row] = now.world_from_volume[4 * row + 3];
+        for (size_t a = 0; a < 3; ++a) at[row] += now.world_from_volume[4 * row + a] * place[a];
+      }
+      found.push_back(at);
+    }
+  return found;
+}
+
+/// The middle of what contains these, along the world's axes.
+static HandPoint middle_of(const std::vector<HandPoint>& places) {
+  HandPoint low{1e9, 1e9, 1e9}, high{-1e9, -1e9, -1e9}, middle{};
+  for (const HandPoint& place : places)
+    for (size_t a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], place[a]);
+      high[a] = std::max(high[a], place[a]);
+    }
+  for (size_t a = 0; a < 3; ++a) middle[a] = 0.5 * (low[a] + high[a]);
+  return middle;
 }
 
 /// Where the viewport has no camera: one before the volumes, as `palpate view` has it.
-void VolumeNode::add_camera(const HandPoint& low, const HandPoint& high) {
+void VolumeNode::add_camera() {
   constexpr double kHeightAngle = 0.55, kFilled = 0.93;
   constexpr double kAway[3] = {0.42, 0.30, 1.0};
   const Variant camera = made_object("Camera3D");
   self().call("add_child", camera, false, 2);
   camera.call("set_fov", kHeightAngle * 180.0 / 3.14159265358979);
   camera.call("set_near", 0.005);
-  double middle[3], half[3];
-  for (size_t a = 0; a < 3; ++a) {
-    middle[a] = 0.5 * (low[a] + high[a]);
-    half[a] = 0.5 * (high[a] - low[a]);
-  }
+  const std::vector<HandPoint> ends = corners();
+  const HandPoint middle = middle_of(ends);
   // Axes of a camera that looks at the middle from there.
   const double length = std::sqrt(kAway[0] * kAway[0] + kAway[1] * kAway[1] + kAway[2] * kAway[2]);
   const double back[3] = {kAway[0] / length, kAway[1] / length, kAway[2] / length};
@@ -238,10 +251,10 @@ void VolumeNode::add_camera(const HandPoint& low, const HandPoint& high) {
                         -back[1] * right[0]};
   const double tan_up = std::tan(0.5 * kHeightAngle), tan_right = tan_up * width_ / height_;
   double distance = 1e-6;
-  for (int corner = 0; corner < 8; ++corner) {
+  for (const HandPoint& end : ends) {
     double x = 0.0, y = 0.0, z = 0.0;
     for (size_t a = 0; a < 3; ++a) {
-      const double at = corner >> a & 1 ? half[a] : -half[a];
+      const double at = end[a] - middle[a];
       x += at * right[a];
       y += at * up[a];
       z += at * back[a];
@@ -252,7 +265,7 @@ void VolumeNode::add_camera(const HandPoint& low, const HandPoint& high) {
   }
   double place[3];
   for (size_t a = 0; a < 3; ++a) place[a] = middle[a] + distance * back[a];
-  camera.call("look_at_from_position", scene_->placed(place), scene_->placed(middle));
+  camera.call("look_at_from_position", scene_->placed(place), scene_->placed(middle.data()));
   camera.call("make_current");
 }
 
@@ -312,11 +325,8 @@ void VolumeNode::draw(const Variant& camera) {
     fail(pal_last_error());
     return;
   }
-  HandPoint low, high;
-  find_box(low, high);
-  double middle[3];
-  for (size_t a = 0; a < 3; ++a) middle[a] = 0.5 * (low[a] + high[a]);
-  const auto seen = camera.call("to_local", scene_->placed(middle)).as<EngineVector>();
+  const HandPoint middle = middle_of(corners());
+  const auto seen = camera.call("to_local", scene_->placed(middle.data())).as<EngineVector>();
   material_.call("set_shader_parameter", "middle", double(-seen.z));
   const EngineTransform t = scene_->transform();
   material_.call("set_shader_parameter", "metres",
@@ -368,9 +378,7 @@ void VolumeNode::process() {
     return;
   }
   if (in_editor()) return;
-  HandPoint low, high;
-  find_box(low, high);
-  add_camera(low, high);
+  add_camera();
 }
 
 void VolumeNode::notified(int what) {

@@ -13,15 +13,16 @@ static int fail(const char* doing) {
   return 1;
 }
 
-/* The eye of `palpate view` before a box of the world, for a square picture; axes: its right, up and back. */
-static PalEye eye_before(const double low_m[3], const double high_m[3], double middle_m[3]) {
+/* The eye of `palpate view` before the corners of a box in the world, for a square picture; axes: its right, up and back. */
+static PalEye eye_before(const double corners_m[8][3], double middle_m[3]) {
   const double away[3] = {0.42, 0.30, 1.0}, tan_up = tan(0.5 * 0.55), filled = 0.93;
   const double length = sqrt(away[0] * away[0] + away[1] * away[1] + away[2] * away[2]);
-  double axes[3][3], half_m[3], distance_m = 1e-6;
+  double axes[3][3], distance_m = 1e-6;
   for (int a = 0; a < 3; ++a) {
+    double low_m = 1e9, high_m = -1e9;
+    for (int corner = 0; corner < 8; ++corner) low_m = fmin(low_m, corners_m[corner][a]), high_m = fmax(high_m, corners_m[corner][a]);
     axes[2][a] = away[a] / length;
-    middle_m[a] = 0.5 * (low_m[a] + high_m[a]);
-    half_m[a] = 0.5 * (high_m[a] - low_m[a]);
+    middle_m[a] = 0.5 * (low_m + high_m);
   }
   const double* back = axes[2];
   const double flat = hypot(back[0], back[2]);
@@ -30,7 +31,7 @@ static PalEye eye_before(const double low_m[3], const double high_m[3], double m
   for (int corner = 0; corner < 8; ++corner) {
     double along[3] = {0.0, 0.0, 0.0};
     for (int k = 0; k < 3; ++k)
-      for (int a = 0; a < 3; ++a) along[k] += axes[k][a] * (corner >> a & 1 ? half_m[a] : -half_m[a]);
+      for (int a = 0; a < 3; ++a) along[k] += axes[k][a] * (corners_m[corner][a] - middle_m[a]);
     distance_m = fmax(distance_m, fmax(fabs(along[0]), fabs(along[1])) / (filled * tan_up) + along[2]);
   }
   PalEye eye = {.tan_left = -tan_up, .tan_right = tan_up, .tan_down = -tan_up, .tan_up = tan_up};
@@ -44,17 +45,20 @@ static PalEye eye_before(const double low_m[3], const double high_m[3], double m
   return eye;
 }
 
-/* The box of the scene's first volume in the world. */
-static PalResult box_of(const PalScene* scene, double low_m[3], double high_m[3]) {
+/* The corners of the scene's first volume in the world. */
+static PalResult corners_of(const PalScene* scene, double corners_m[8][3]) {
   PalVolume volume = {.size = sizeof volume};
   const PalResult result = pal_scene_volume(scene, 0, &volume);
-  for (int a = 0; a < 3; ++a) low_m[a] = 1e9, high_m[a] = -1e9;
   for (int corner = 0; corner < 8; ++corner)
     for (int row = 0; row < 3; ++row) {
       const double* pose = volume.world_from_volume + 4 * row;
       double at = pose[3];
-      for (int a = 0; a < 3; ++a) at += pose[a] * (corner >> a & 1 ? volume.high_m[a] : volume.low_m[a]);
-      low_m[row] = fmin(low_m[row], at), high_m[row] = fmax(high_m[row], at);
+      for (int a = 0; a < 3; ++a) {
+        double place = volume.corner_m[a];
+        for (int edge = 0; edge < 3; ++edge) place += (corner >> edge & 1) * volume.edges_m[edge][a];
+        at += pose[a] * place;
+      }
+      corners_m[corner][row] = at;
     }
   return result;
 }
@@ -97,9 +101,9 @@ int main(int argc, char** argv) {
   if (pal_scene_open(context, &scene_info, &scene) != PAL_OK) return fail("reading the scene");
   PalReplay replay = {.size = sizeof replay};
   if (pal_scene_replay(scene, argv[2], NULL, &replay) != PAL_OK) return fail("replaying");
-  double low_m[3], high_m[3], middle_m[3];
-  if (box_of(scene, low_m, high_m) != PAL_OK) return fail("asking for the volume");
-  const PalEye eye = eye_before(low_m, high_m, middle_m);
+  double corners_m[8][3], middle_m[3];
+  if (corners_of(scene, corners_m) != PAL_OK) return fail("asking for the volume");
+  const PalEye eye = eye_before(corners_m, middle_m);
   if (draw(scene, &eye, argv[3], (uint32_t)atoi(argv[4])) != 0) return 1;
   printf("{\"ticks\": %llu, \"different\": %llu, \"eye_m\": [%.17g, %.17g, %.17g], \"turn\": [%.17g, %.17g, %.17g, %.17g], "
          "\"middle_m\": [%.17g, %.17g, %.17g]}\n",

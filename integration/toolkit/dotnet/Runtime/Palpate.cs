@@ -140,6 +140,8 @@ namespace Palpate
         public PalVector LowM, HighM;
         public PalPose WorldFromVolume;
         public uint IsMotionKnown, IsMovable;
+        /// <summary>The box that its data fill, along their own axes: a corner, and its edges from there.</summary>
+        public PalVector CornerM, FirstEdgeM, SecondEdgeM, ThirdEdgeM;
     }
 
     /// <summary>The result of a replay; Different is the number of ticks that differ in any bit.</summary>
