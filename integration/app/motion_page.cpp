@@ -81,6 +81,13 @@ void MotionPage::add_step(const Field& field, const Confidence& confidence) {
   motion_mm_.push_back(std::move(lengths));
   determinant_.push_back(determinants(u));
   confidence_.push_back(resampled(confidence, overlay_grid_).values);
+  if (confidence.deviation.mm.empty()) return;
+  const Deviation deviation = resampled(confidence.deviation, overlay_grid_);
+  std::vector<float> off_mm(deviation.mm.size());
+  // One direction along the image gradient, two across it.
+  std::transform(deviation.mm.begin(), deviation.mm.end(), off_mm.begin(),
+                 [](glm::vec2 sd) { return std::sqrt(sd.x * sd.x + 2.0F * sd.y * sd.y); });
+  off_mm_.push_back(std::move(off_mm));
 }
 
 Status MotionPage::write(const PageWords& words, const std::filesystem::path& path) const {
@@ -112,6 +119,14 @@ Status MotionPage::write(const PageWords& words, const std::filesystem::path& pa
     trust.colormap = "viridis";
     trust.note = "How probable it is that the motion is right here: 0 not at all, 1 certain.";
     page.volumes.push_back(std::move(trust));
+    if (off_mm_.size() == motion_mm_.size()) {
+      WebVolume off = web_volume(VolumeRole::kOverlay, "deviation", overlay_grid_,
+                                 charts::round_range(sampled(off_mm_)), off_mm_);
+      off.unit = "mm";
+      off.colormap = "inferno";
+      off.note = "How far the motion may be off here: the standard deviation of its error.";
+      page.volumes.push_back(std::move(off));
+    }
     std::vector<double> changes = sampled(determinant_);
     for (double& change : changes) change = std::abs(change - 1.0);
     const double width = std::min(1.0, charts::round_range(changes).high);

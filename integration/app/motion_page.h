@@ -46,6 +46,7 @@ class MotionPage {
   std::vector<Grid> frame_steps_, overlay_steps_;
   Grid frame_grid_, overlay_grid_;
   std::vector<std::vector<float>> frames_, motion_mm_, confidence_, determinant_;
+  std::vector<std::vector<float>> off_mm_;  ///< of the steps whose deviation is known
 };
 
 }  // namespace palpate::app

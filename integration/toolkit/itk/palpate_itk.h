@@ -8,6 +8,7 @@
 #include <itkLinearInterpolateImageFunction.h>
 #include <itkNearestNeighborExtrapolateImageFunction.h>
 #include <itkResampleImageFilter.h>
+#include <itkVector.h>
 #include <palpate_adapter.h>
 
 #include <algorithm>
@@ -85,6 +86,7 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
   using DisplacementFieldType = TDisplacementField;
   using MaskImageType = ::itk::Image<unsigned char, 3>;
   using ConfidenceImageType = ::itk::Image<float, 3>;
+  using DeviationImageType = ::itk::Image<::itk::Vector<float, 2>, 3>;
   using StandardDeviationsType = ::itk::FixedArray<double, 3>;
 
   itkSetInputMacro(FixedImage, FixedImageType);
@@ -131,6 +133,12 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
   /// share of similar vectors that are right within half a voxel.
   ConfidenceImageType* GetConfidence() {
     return confidence_;
+  }
+  /// After Update(): the standard deviation of the error of each vector, mm, on the fixed image's
+  /// grid: along the image gradient, where the images show motion best, and across it, in each of
+  /// the two other directions.
+  DeviationImageType* GetDeviation() {
+    return deviation_;
   }
   /// After Update(): the mean squared difference between the fixed image and the moving image
   /// warped by the field, over the whole fixed image.
@@ -365,7 +373,17 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
     check(result, sentence);
   }
 
-  /// Copies field, confidence, metric and verdict from the motion.
+  /// An image on the grid of another one, with its samples allocated.
+  template <class Image>
+  static typename Image::Pointer image_like(const TFixedImage& other) {
+    auto image = Image::New();
+    image->CopyInformation(&other);
+    image->SetRegions(other.GetBufferedRegion());
+    image->Allocate();
+    return image;
+  }
+
+  /// Copies field, confidence, deviation, metric and verdict from the motion.
   void take(const PalMotion* motion, const TFixedImage& fixed, const TMovingImage& moving) {
     PalFieldInfo step{};
     step.size = sizeof step;
@@ -383,11 +401,11 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
         for (unsigned c = 0; c < 3; ++c)
           field->GetBufferPointer()[s][c] = Component(xyz[3 * s + c]);
     }
-    confidence_ = ConfidenceImageType::New();
-    confidence_->CopyInformation(&fixed);
-    confidence_->SetRegions(fixed.GetBufferedRegion());
-    confidence_->Allocate();
+    confidence_ = image_like<ConfidenceImageType>(fixed);
     check(pal_motion_confidence(motion, &step, confidence_->GetBufferPointer()));
+    deviation_ = image_like<DeviationImageType>(fixed);
+    static_assert(sizeof(typename DeviationImageType::PixelType) == 2 * sizeof(float));
+    check(pal_motion_deviation(motion, &step, deviation_->GetBufferPointer()->GetDataPointer()));
     std::vector<float> warped(samples);
     check(pal_motion_warp(motion, &step, sample_type<typename TMovingImage::PixelType>(),
                           moving.GetBufferPointer(), warped.data()));
@@ -412,6 +430,7 @@ class MotionFilter : public ::itk::ImageToImageFilter<TFixedImage, TDisplacement
   std::string m_Verdict;
   std::string m_Reasons;
   ConfidenceImageType::Pointer confidence_;
+  DeviationImageType::Pointer deviation_;
   double metric_ = 0.0;
   std::atomic<bool> stop_{false};
   PalContext* context_ = nullptr;

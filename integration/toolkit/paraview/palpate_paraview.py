@@ -173,7 +173,8 @@ class PalpateFolder(_Reader):
 class PalpateMotion(VTKPythonAlgorithmBase):
     """Estimates the motion of a time series of images, once for all times.
 
-    Output 0, on the reference frame: "displacement" (mm), where its material is at the time; "confidence", 0 to 1; "determinant", the change of volume.
+    Output 0, on the reference frame: "displacement" (mm), where its material is at the time; "confidence", 0 to 1;
+    "deviation" (mm), that of its error along the image gradient and across it; "determinant", the change of volume.
     Output 1: the values of the reference frame, moved to where its material is at the time. The time may be between frames.
     Both have the verdict and its reasons as field data.
     """
@@ -257,8 +258,8 @@ class PalpateMotion(VTKPythonAlgorithmBase):
         info = outputs.GetInformationObject(max(0, request.Get(vtkExecutive.FROM_OUTPUT_PORT())))
         time = info.Get(Pipeline.UPDATE_TIME_STEP()) if info.Has(Pipeline.UPDATE_TIME_STEP()) else self._times[0]
         moving, name = self._moving, image.GetPointData().GetScalars().GetName() or "values"
-        found = ({"displacement": moving.displacement(time), "confidence": moving.confidence(time), "determinant": moving.determinant(time)},
-                 {name: moving.values(time)})
+        found = ({"displacement": moving.displacement(time), "confidence": moving.confidence(time), "deviation": moving.deviation(time),
+                  "determinant": moving.determinant(time)}, {name: moving.values(time)})
         for port, arrays in enumerate(found):
             output = vtkImageData.GetData(outputs, port)
             output.ShallowCopy(palpate.vtk.image(image, arrays))

@@ -370,7 +370,7 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
 ///   motion->SetInputConnection(0, fixed->GetOutputPort());
 ///   motion->SetInputConnection(1, moving->GetOutputPort());
 ///   motion->Update();
-///   motion->GetOutput();   // "displacement" and "confidence" at the fixed image's voxels
+///   motion->GetOutput();   // "displacement" and more at the fixed image's voxels
 ///
 /// Inputs: 0 the fixed image; 1 the moving image on the same grid (another grid is an error, since
 /// vtkImageReslice of 9.1 ignores directions); 2, optional, a mask of unsigned char on the same
@@ -380,7 +380,8 @@ class vtkPalpateAlgorithm : public vtkImageAlgorithm {
 /// and vectors are "displacement", three floats, mm along the axes of the world (not of the image's
 /// rows): the material at x of the fixed image is at x + u(x) in the moving one. Its point data
 /// also contain "confidence", one float, 0 to 1: the share of similar vectors that are right within
-/// half a voxel.
+/// half a voxel. And "deviation", two floats, mm: the standard deviation of the vector's error,
+/// along the image gradient, where the images show motion best, and in each direction across it.
 class vtkPalpateMotion : public vtkPalpateAlgorithm {
  public:
   vtkTypeMacro(vtkPalpateMotion, vtkPalpateAlgorithm);
@@ -420,10 +421,15 @@ class vtkPalpateMotion : public vtkPalpateAlgorithm {
       check(pal_motion_field(motion.handle, &step, field->GetPointer(0)));
       const auto confidence = array("confidence", 1, frames[0].image);
       check(pal_motion_confidence(motion.handle, &step, confidence->GetPointer(0)));
+      const auto deviation = array("deviation", 2, frames[0].image);
+      deviation->SetComponentName(0, "along the gradient");
+      deviation->SetComponentName(1, "across it");
+      check(pal_motion_deviation(motion.handle, &step, deviation->GetPointer(0)));
       output->CopyStructure(frames[0].image);
       output->GetPointData()->SetScalars(field);
       output->GetPointData()->SetVectors(field);
       output->GetPointData()->AddArray(confidence);
+      output->GetPointData()->AddArray(deviation);
     });
     if (!done) output->Initialize();
     return done;

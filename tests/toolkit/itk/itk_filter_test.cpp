@@ -124,9 +124,10 @@ TEST_F(ItkFilter, GivesTheLibrarysFieldAndItkWarpsWithIt) {
   PalFieldInfo step{};
   step.size = sizeof step;
   const size_t samples = fixed_->GetBufferedRegion().GetNumberOfPixels();
-  std::vector<float> xyz(3 * samples), confidence(samples);
+  std::vector<float> xyz(3 * samples), confidence(samples), deviation(2 * samples);
   EXPECT_EQ(pal_motion_field(motion, &step, xyz.data()), PAL_OK);
   EXPECT_EQ(pal_motion_confidence(motion, &step, confidence.data()), PAL_OK);
+  EXPECT_EQ(pal_motion_deviation(motion, &step, deviation.data()), PAL_OK);
   std::vector<float> warped(samples);
   EXPECT_EQ(pal_motion_warp(motion, &step, PAL_INT16, moving_->GetBufferPointer(), warped.data()),
             PAL_OK);
@@ -140,6 +141,10 @@ TEST_F(ItkFilter, GivesTheLibrarysFieldAndItkWarpsWithIt) {
   EXPECT_TRUE(std::equal(xyz.begin(), xyz.end(), same));
   EXPECT_TRUE(
       std::equal(confidence.begin(), confidence.end(), found->GetConfidence()->GetBufferPointer()));
+  const auto* const given = found->GetDeviation();
+  EXPECT_EQ(given->GetDirection(), fixed_->GetDirection());
+  EXPECT_TRUE(
+      std::equal(deviation.begin(), deviation.end(), given->GetBufferPointer()->GetDataPointer()));
 
   // 1.5 voxels of 2 mm along the image's x, which is the patient's P.
   double sum[3] = {0.0, 0.0, 0.0};

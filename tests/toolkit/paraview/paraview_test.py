@@ -125,6 +125,7 @@ def check_the_motion(frames, reader, calls):
             assert output(motion, port).GetPoint(1234) == output(reader).GetPoint(1234)
         reader.UpdatePipeline(2000.0)  # as a picture of the frames beside it would
     assert np.array_equal(array(motion, "confidence"), known.confidence[3])
+    assert np.array_equal(array(motion, "deviation"), known.deviation[3])
     assert output(motion).GetFieldData().GetAbstractArray("verdict").GetValue(0) == known.verdict.trust
     motion.GetClientSideObject().Modified()  # by nothing that the motion depends on
     motion.UpdatePipeline(1000.0)

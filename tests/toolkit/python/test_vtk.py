@@ -87,6 +87,7 @@ def test_a_moving_image_is_the_motion_of_its_frames(frames, moving):
         assert np.array_equal(moving.values(time), known.warp(frames[known.reference], time_s=time - 100.0, inverse=True))
         assert np.array_equal(moving.determinant(time), known.determinant(time_s=time - 100.0))
     assert np.array_equal(moving.confidence(444.0), known.confidence[1])
+    assert np.array_equal(moving.deviation(444.0), known.deviation[1])
     assert np.array_equal(moving.displacement(0.0), known.at(0.0)) and np.array_equal(moving.displacement(5000.0), known.at(750.0))
 
 
@@ -101,6 +102,7 @@ def test_a_chosen_frame_is_followed(frames, reference):
         k = TIMES.index(time)
         assert np.abs(moving.values(time) - frames[k]).mean() < 0.35 * max(np.abs(frames[reference] - frames[k]).mean(), 60.0)
     assert moving.confidence(TIMES[0]).shape == SHAPE
+    assert moving.deviation(TIMES[0]).shape == SHAPE + (2,) and np.median(moving.deviation(TIMES[0])[inside]) > 0.0
 
 
 def test_a_pair_has_all_times_between(frames):
@@ -109,7 +111,7 @@ def test_a_pair_has_all_times_between(frames):
     for time in (0.0, 1.0, 2.0):
         u = moving.displacement(time)[inside].mean(axis=0) - moving.displacement(0.0)[inside].mean(axis=0)
         assert u == pytest.approx(0.5 * time * np.subtract(PATH[2], PATH[1]), abs=0.15)
-    assert moving.confidence(1.0).max() > 0.5
+    assert moving.confidence(1.0).max() > 0.5 and moving.deviation(1.0).min() >= 0.0
 
 
 def test_the_caller_goes_on_and_can_cancel(frames):

@@ -214,12 +214,14 @@ TEST_F(VtkFilter, GivesTheLibrarysFieldOnTheFixedImagesGrid) {
   PalFieldInfo step{};
   step.size = sizeof step;
   const auto samples = size_t(fixed_->GetNumberOfPoints());
-  std::vector<float> xyz(3 * samples), confidence(samples);
+  std::vector<float> xyz(3 * samples), confidence(samples), deviation(2 * samples);
   EXPECT_EQ(pal_motion_field(own, &step, xyz.data()), PAL_OK);
   EXPECT_EQ(pal_motion_confidence(own, &step, confidence.data()), PAL_OK);
+  EXPECT_EQ(pal_motion_deviation(own, &step, deviation.data()), PAL_OK);
   pal_motion_close(&own);
   EXPECT_TRUE(same_values(u, xyz));
   EXPECT_TRUE(same_values(output->GetPointData()->GetArray("confidence"), confidence));
+  EXPECT_TRUE(same_values(output->GetPointData()->GetArray("deviation"), deviation));
 
   // 1.5 voxels of 2 mm along the image's x, which is the world's y.
   const double along[3] = {0.0, 3.0, 0.0};

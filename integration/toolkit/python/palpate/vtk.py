@@ -104,10 +104,15 @@ class MovingImage:
 
     def confidence(self, time):
         """The confidence of the vectors, 0 to 1, of the frame next to the time."""
-        if not self.motion.is_whole:
-            return self._from_reference(self.motion.confidence)
-        nearest = min(range(len(self._times)), key=lambda k: abs(self._times[k] + self._begin - time))
-        return self._from_reference(self.motion._found.confidence(nearest))
+        return self._from_reference(self.motion.confidence if not self.motion.is_whole else self.motion._found.confidence(self._nearest(time)))
+
+    def deviation(self, time):
+        """The standard deviation of the error of the vectors, mm, of the frame next to the time: see palpate.Motion.deviation. Shape (z, y, x, 2)."""
+        of = self.motion.deviation if not self.motion.is_whole else self.motion._found.deviation(self._nearest(time))
+        return np.stack([self._from_reference(np.ascontiguousarray(of[..., c])) for c in range(2)], axis=-1)
+
+    def _nearest(self, time):
+        return min(range(len(self._times)), key=lambda k: abs(self._times[k] + self._begin - time))
 
     def values(self, time):
         """The values of the reference frame, moved to where the material is at the time."""
