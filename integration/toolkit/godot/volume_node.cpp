@@ -221,15 +221,14 @@ std::vector<HandPoint> VolumeNode::corners() const {
 }
 
 /// The middle of what contains these, along the world's axes.
-static HandPoint middle_of(const std::vector<HandPoint>& places) {
-  HandPoint low{1e9, 1e9, 1e9}, high{-1e9, -1e9, -1e9}, middle{};
+static void find_middle(const std::vector<HandPoint>& places, double (&middle)[3]) {
+  HandPoint low{1e9, 1e9, 1e9}, high{-1e9, -1e9, -1e9};
   for (const HandPoint& place : places)
     for (size_t a = 0; a < 3; ++a) {
       low[a] = std::min(low[a], place[a]);
       high[a] = std::max(high[a], place[a]);
     }
   for (size_t a = 0; a < 3; ++a) middle[a] = 0.5 * (low[a] + high[a]);
-  return middle;
 }
 
 /// Where the viewport has no camera: one before the volumes, as `palpate view` has it.
@@ -241,7 +240,8 @@ void VolumeNode::add_camera() {
   camera.call("set_fov", kHeightAngle * 180.0 / 3.14159265358979);
   camera.call("set_near", 0.005);
   const std::vector<HandPoint> ends = corners();
-  const HandPoint middle = middle_of(ends);
+  double middle[3];
+  find_middle(ends, middle);
   // Axes of a camera that looks at the middle from there.
   const double length = std::sqrt(kAway[0] * kAway[0] + kAway[1] * kAway[1] + kAway[2] * kAway[2]);
   const double back[3] = {kAway[0] / length, kAway[1] / length, kAway[2] / length};
@@ -265,7 +265,7 @@ void VolumeNode::add_camera() {
   }
   double place[3];
   for (size_t a = 0; a < 3; ++a) place[a] = middle[a] + distance * back[a];
-  camera.call("look_at_from_position", scene_->placed(place), scene_->placed(middle.data()));
+  camera.call("look_at_from_position", scene_->placed(place), scene_->placed(middle));
   camera.call("make_current");
 }
 
@@ -325,8 +325,9 @@ void VolumeNode::draw(const Variant& camera) {
     fail(pal_last_error());
     return;
   }
-  const HandPoint middle = middle_of(corners());
-  const auto seen = camera.call("to_local", scene_->placed(middle.data())).as<EngineVector>();
+  double middle[3];
+  find_middle(corners(), middle);
+  const auto seen = camera.call("to_local", scene_->placed(middle)).as<EngineVector>();
   material_.call("set_shader_parameter", "middle", double(-seen.z));
   const EngineTransform t = scene_->transform();
   material_.call("set_shader_parameter", "metres",
