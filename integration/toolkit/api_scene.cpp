@@ -349,7 +349,7 @@ PalResult pal_scene_volume(const PalScene* scene, uint32_t index, PalVolume* vol
     const palpate::DataBox box = palpate::box_of(*data.frames.front());
     for (int a = 0; a < 3; ++a) {
       known.corner_m[a] = box.corner_m[a];
-      for (int c = 0; c < 3; ++c) known.edges_m[a][c] = box.edges_m[a] * box.axes[a][c];
+      for (int c = 0; c < 3; ++c) known.edges_m[3 * a + c] = box.edges_m[a] * box.axes[a][c];
     }
     rows_of(spec.transform, known.world_from_volume);
     known.is_motion_known = std::none_of(

@@ -489,9 +489,9 @@ typedef struct PalVolume {
   double world_from_volume[12]; /* at the start: three rows of four, m */
   uint32_t is_motion_known;     /* 0: it stands still until a session has estimated the motion */
   uint32_t is_movable;          /* 1: the host may place it, see pal_session_place() */
-  /* The box that its data fill, along their own axes: a corner, and from there its three edges,
-     volume space. The data of most MR of the heart lie obliquely. */
-  double corner_m[3], edges_m[3][3];
+  /* The box that its data fill, along their own axes: a corner, and from there its three edges, x y
+     z of each, volume space. The data of most MR of the heart lie obliquely. */
+  double corner_m[3], edges_m[9];
 } PalVolume;
 
 /* Gives volume `index`; PAL_END after the last one. [ANY] */

@@ -304,9 +304,9 @@ TEST(CLibrary, FeelsFramesInMemory) {
   // The box along the data's own axes fills the one along volume space's.
   for (int a = 0; a < 3; ++a) {
     double low = volume.corner_m[a], high = low;
-    for (const auto& edge_m : volume.edges_m) {
-      low += std::min(edge_m[a], 0.0);
-      high += std::max(edge_m[a], 0.0);
+    for (int edge = 0; edge < 3; ++edge) {
+      low += std::min(volume.edges_m[3 * edge + a], 0.0);
+      high += std::max(volume.edges_m[3 * edge + a], 0.0);
     }
     EXPECT_NEAR(low, volume.low_m[a], 1e-12);
     EXPECT_NEAR(high, volume.high_m[a], 1e-12);

@@ -208,8 +208,8 @@ std::vector<HandPoint> VolumeNode::corners() const {
       HandPoint place{}, at{};
       for (size_t a = 0; a < 3; ++a) {
         place[a] = volume.corner_m[a];
-        for (int edge = 0; edge < 3; ++edge)
-          if (corner >> edge & 1) place[a] += volume.edges_m[edge][a];
+        for (size_t edge = 0; edge < 3; ++edge)
+          if (corner >> edge & 1) place[a] += volume.edges_m[3 * edge + a];
       }
       for (size_t row = 0; row < 3; ++row) {
         at[row] = now.world_from_volume[4 * row + 3];

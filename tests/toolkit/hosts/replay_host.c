@@ -55,7 +55,7 @@ static PalResult corners_of(const PalScene* scene, double corners_m[8][3]) {
       double at = pose[3];
       for (int a = 0; a < 3; ++a) {
         double place = volume.corner_m[a];
-        for (int edge = 0; edge < 3; ++edge) place += (corner >> edge & 1) * volume.edges_m[edge][a];
+        for (int edge = 0; edge < 3; ++edge) place += (corner >> edge & 1) * volume.edges_m[3 * edge + a];
         at += pose[a] * place;
       }
       corners_m[corner][row] = at;

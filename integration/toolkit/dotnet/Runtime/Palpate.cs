@@ -140,8 +140,9 @@ namespace Palpate
         public PalVector LowM, HighM;
         public PalPose WorldFromVolume;
         public uint IsMotionKnown, IsMovable;
-        /// <summary>The box that its data fill, along their own axes: a corner, and its edges from there.</summary>
-        public PalVector CornerM, FirstEdgeM, SecondEdgeM, ThirdEdgeM;
+        /// <summary>The box that its data fill, along their own axes: a corner, and from there an edge in each row of EdgesM.</summary>
+        public PalVector CornerM;
+        public PalDirection EdgesM;
     }
 
     /// <summary>The result of a replay; Different is the number of ticks that differ in any bit.</summary>
