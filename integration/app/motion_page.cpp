@@ -107,36 +107,33 @@ Status MotionPage::write(const PageWords& words, const std::filesystem::path& pa
   const charts::Range window = charts::window_of({frame_grid_, frames_.front()});
   page.volumes.push_back(web_volume(VolumeRole::kFrames, "value", frame_grid_, window, frames_));
   page.volumes.back().colormap = "gray";
+  const auto overlay = [&](std::string title, std::string of_unit, std::string colormap,
+                           std::string note, charts::Range range,
+                           const std::vector<std::vector<float>>& frames) {
+    WebVolume volume =
+        web_volume(VolumeRole::kOverlay, std::move(title), overlay_grid_, range, frames);
+    volume.unit = std::move(of_unit);
+    volume.colormap = std::move(colormap);
+    volume.note = std::move(note);
+    page.volumes.push_back(std::move(volume));
+  };
   if (!motion_mm_.empty()) {
-    WebVolume motion = web_volume(VolumeRole::kOverlay, "motion", overlay_grid_,
-                                  charts::round_range(sampled(motion_mm_)), motion_mm_);
-    motion.unit = "mm";
-    motion.colormap = "plasma";
-    motion.note = "How far the material moves to the next frame.";
-    page.volumes.push_back(std::move(motion));
-    WebVolume trust =
-        web_volume(VolumeRole::kOverlay, "confidence", overlay_grid_, {0.0, 1.0}, confidence_);
-    trust.colormap = "viridis";
-    trust.note = "How probable it is that the motion is right here: 0 not at all, 1 certain.";
-    page.volumes.push_back(std::move(trust));
-    if (off_mm_.size() == motion_mm_.size()) {
-      WebVolume off = web_volume(VolumeRole::kOverlay, "deviation", overlay_grid_,
-                                 charts::round_range(sampled(off_mm_)), off_mm_);
-      off.unit = "mm";
-      off.colormap = "inferno";
-      off.note = "How far the motion may be off here: the standard deviation of its error.";
-      page.volumes.push_back(std::move(off));
-    }
+    overlay("motion", "mm", "plasma", "How far the material moves to the next frame.",
+            charts::round_range(sampled(motion_mm_)), motion_mm_);
+    overlay("confidence", "", "viridis",
+            "How probable it is that the motion is right here: 0 not at all, 1 certain.",
+            {0.0, 1.0}, confidence_);
+    if (off_mm_.size() == motion_mm_.size())
+      overlay("deviation", "mm", "inferno",
+              "How far the motion may be off here: the standard deviation of its error.",
+              charts::round_range(sampled(off_mm_)), off_mm_);
     std::vector<double> changes = sampled(determinant_);
     for (double& change : changes) change = std::abs(change - 1.0);
     const double width = std::min(1.0, charts::round_range(changes).high);
-    WebVolume determinant = web_volume(VolumeRole::kOverlay, "volume change", overlay_grid_,
-                                       {1.0 - width, 1.0 + width}, determinant_);
-    determinant.colormap = "decrease-increase";
-    determinant.note =
-        "By which factor the volume of the material changes to the next frame (determinant of the "
-        "Jacobian): below 1 it shrinks, at 0 and below it folds.";
-    page.volumes.push_back(std::move(determinant));
+    overlay("volume change", "", "decrease-increase",
+            "By which factor the volume of the material changes to the next frame (determinant of "
+            "the Jacobian): below 1 it shrinks, at 0 and below it folds.",
+            {1.0 - width, 1.0 + width}, determinant_);
   }
 
   // Plots: curves of one title together.

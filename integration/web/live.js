@@ -89,7 +89,11 @@ function arrange() {
   offerHeadset();
 }
 
-const ball = () => 0.5 * length(add(scene.high_m, scene.low_m, -1));
+/** The radius of a sphere around the volumes, as the renderer's bounds(). */
+function ball() {
+  const middle = scale(add(scene.low_m, scene.high_m), 0.5);
+  return Math.max(...scene.corners_m.map((corner) => length(add(corner, middle, -1))));
+}
 
 function timeNow() {
   if (!state || state.time_s === undefined) return 0;

@@ -74,6 +74,7 @@ void ThingList::record(vulkan::Recorder& recorder, Kernels& kernels, const Thing
   }
   recorder.fill(depth, ~0U);
   if (items.empty()) return;
+  recorder.fill(colour, 0);
   // Half as much again, so that one or two more tubes need no new buffer.
   if (things_.bytes() < packed.size() * sizeof(ViewThing))
     things_ = vulkan::Buffer(context_, packed.size() * 3 / 2 * sizeof(ViewThing) + 4096,

@@ -14,19 +14,20 @@
 // 1        in         ViewThing          things               world, m
 // 2        in         uvec4              items                thing, eye, x | y << 16, w | h << 16
 // 3        in out     uint               eyes x h x w         bits of the depth t, m; ~0 none
-// 4        out        uint               the same             colour, sRGB, and coverage, RGBA8
+// 4        in out     uint               the same             colour, sRGB, and coverage, RGBA8; 0 none
 //
 // A workgroup is an item: a rectangle of at most 64 x 64 pixels of one eye; its invocations share the pixels. pass 0:
 // the nearest depth, by an atomic minimum on the bits, which have the order of positive floats. 1: the colour, where
-// the depth is the nearest one. Precision: fp32. Race: two bodies within 1e-6 of the same depth may both write a
-// colour; either may remain.
+// the depth is the nearest one, to 1e-6 of it. Where several bodies are, as where edges of a box meet, that with the
+// most coverage remains, then that with the most blue, green, red: an atomic maximum on the bits. So the order of
+// invocations changes nothing. Precision: fp32.
 // Checked against the formula of a round cone: tests/view/scene_test.cpp.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform Parameters { ViewParameters view; };
 layout(set = 0, binding = 1) readonly buffer Things { ViewThing things[]; };
 layout(set = 0, binding = 2) readonly buffer Items { uvec4 items[]; };
 layout(set = 0, binding = 3) buffer Depth { uint depth[]; };
-layout(set = 0, binding = 4) writeonly buffer Colour { uint colour[]; };
+layout(set = 0, binding = 4) buffer Colour { uint colour[]; };
 layout(push_constant) uniform Push { ThingsPush push; };
 
 const float kNone = 3e38;
@@ -130,7 +131,8 @@ void main() {
       const vec3 at = t * way;
       const vec4 sphere = nearest_sphere(at, a, thing.from.w, b, thing.to.w);
       const vec3 outward = at - sphere.xyz;
-      colour[place] = shaded(thing, way, at, outward * inversesqrt(max(dot(outward, outward), 1e-20)), covered);
+      const vec3 normal = outward * inversesqrt(max(dot(outward, outward), 1e-20));
+      atomicMax(colour[place], shaded(thing, way, at, normal, covered));
     }
   }
 }

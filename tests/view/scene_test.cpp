@@ -295,6 +295,23 @@ TEST_F(SceneTest, LettersStandOnThePatientsSides) {
       'g');
 }
 
+TEST_F(SceneTest, OfBodiesAtTheSameDepthTheSameOneIsSeenInEveryOrder) {
+  const auto nothing = still_volume(8, 1.0, [](glm::dvec3) { return 0.0; });
+  auto view = renderer({kSceneSize, 1});
+  set(*view, {nothing});
+  const auto drawn = [&](const std::vector<glm::dvec3>& colours) {
+    ViewScene scene;
+    scene.volumes = {{nothing, {}, {}, ball_look(kRed)}};
+    for (const glm::dvec3 colour : colours)
+      scene.things.push_back({{-0.02, 0.0, 0.0}, {0.02, 0.01, 0.0}, 0.006, 0.003, colour});
+    return draw_one(*view, scene);
+  };
+  const Picture red = drawn({kRed, kGreen, kBlue});
+  EXPECT_EQ(drawn({kBlue, kGreen, kRed}).colours, red.colours);
+  EXPECT_EQ(drawn({kGreen, kRed, kBlue}).colours, red.colours);
+  EXPECT_NE(drawn({kRed}).colours, drawn({kBlue}).colours);
+}
+
 TEST_F(SceneTest, BothEyesTakeTheirSamplesAtTheSameDepths) {
   // Two equal eyes get the same picture, bit by bit: it does not depend on the eye's index.
   const auto heart = beating_heart();
