@@ -306,9 +306,8 @@ void Session::scrub(const SceneSnapshot& snapshot, double share) {
   std::vector<std::pair<int, double>> wanted;
   {
     const std::lock_guard lock(mutex_);
-    if (scrubbed_s_.empty())
-      for (int v = 0; v < snapshot.volume_count; ++v)
-        scrubbed_s_.push_back(snapshot.volumes[size_t(v)].time_s);
+    for (size_t v = scrubbed_s_.size(); v < size_t(snapshot.volume_count); ++v)
+      scrubbed_s_.push_back(snapshot.volumes[v].time_s);
     for (int v = 0; v < std::min(int(felt->volumes.size()), snapshot.volume_count); ++v) {
       const MovingVolume& volume = *felt->volumes[size_t(v)].data;
       if (volume.is_still()) continue;
@@ -329,13 +328,15 @@ void Session::scrub_to(double share) {
   if (!can_play_) return;
   play(false);
   const auto felt = scene();
+  std::vector<double> to_s(felt->volumes.size(), 0.0);
   for (size_t v = 0; v < felt->volumes.size(); ++v) {
     const MovingVolume& volume = *felt->volumes[v].data;
     if (volume.is_still()) continue;
-    send({ControlEvent::Kind::kScrub, int(v), share * volume.times.length_s()});
-    const std::lock_guard lock(mutex_);
-    if (v < scrubbed_s_.size()) scrubbed_s_[v] = share * volume.times.length_s();
+    to_s[v] = share * volume.times.length_s();
+    send({ControlEvent::Kind::kScrub, int(v), to_s[v]});
   }
+  const std::lock_guard lock(mutex_);
+  scrubbed_s_ = std::move(to_s);
 }
 
 std::shared_ptr<const Scene> Session::scene() const {

@@ -47,8 +47,9 @@ std::unique_ptr<VirtualDisplay> VirtualDisplay::start(int width, int height, std
   if (display->pid_ == 0) {
     fcntl(ends[1], F_SETFD, 0);
     dup2(open("/dev/null", O_RDWR), 2);
+    // Keys do not repeat: on a busy machine time may pass between a press and its release.
     execlp("Xvfb", "Xvfb", "-displayfd", pipe.c_str(), "-screen", "0", screen.c_str(), "-fbdir",
-           folder.c_str(), "-nolisten", "tcp", nullptr);
+           folder.c_str(), "-nolisten", "tcp", "-r", nullptr);
     _exit(127);
   }
   close(ends[1]);

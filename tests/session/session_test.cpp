@@ -520,6 +520,10 @@ TEST(Session, PlaysPausesAndScrubs) {
   EXPECT_NEAR(moved_s, 0.25 * length_s, 1e-9);
   session->toggle_play();
   EXPECT_NE(time_after(200).volumes[0].time_s, scrubbed.volumes[0].time_s);
+  // A step after a jump starts where the jump led, not where an older picture shows the volume.
+  session->scrub_to(0.5);
+  session->scrub(paused, 0.1);
+  EXPECT_NEAR(time_after(500).volumes[0].time_s, 0.6 * length_s, 1e-9);
 }
 
 TEST(Session, ThatIsStoppedInItsHostRampsWhileTheHostTicks) {
