@@ -640,13 +640,14 @@ class FeelRun {
 
   void tell_headset_numbers() {
     const headset::HeadsetLoop::Numbers& numbers = viewers_.headset->numbers();
-    console_.say(fmt::format(
-        "Headset   {} frames in {} sessions, {} of them with a picture{}", numbers.frames,
-        numbers.sessions, numbers.drawn,
-        numbers.drawn == 0
-            ? ""
-            : fmt::format(", the last of 2 x {} x {} in {:.1f} ms on the device",
-                          numbers.size.width, numbers.size.height, numbers.picture_ms)));
+    std::string last;
+    // A pair for the eyes; some headsets have a second one.
+    for (size_t view = 0; view < numbers.sizes.size(); view += 2)
+      last += fmt::format("{}2 x {} x {}", view == 0 ? ", the last of " : " and ",
+                          numbers.sizes[view].width, numbers.sizes[view].height);
+    if (!last.empty()) last += fmt::format(" in {:.1f} ms on the device", numbers.picture_ms);
+    console_.say(fmt::format("Headset   {} frames in {} sessions, {} of them with a picture{}",
+                             numbers.frames, numbers.sessions, numbers.drawn, last));
   }
 
   void tell_gallery() {

@@ -424,8 +424,8 @@ class HeadsetLoop::Run {
 
   void count() {
     const xr::Report& report = headset_.report();
-    loop_.numbers_ = {report.frames,  report.drawn, report.sessions, 1e3 * source_.picture_s(),
-                      source_.size(), report.depth, report.system,   report.runtime};
+    loop_.numbers_ = {report.frames,   report.drawn, report.sessions, 1e3 * source_.picture_s(),
+                      source_.sizes(), report.depth, report.system,   report.runtime};
   }
 
   HeadsetLoop& loop_;

@@ -86,8 +86,8 @@ class HeadsetLoop {
   /// For the summary; after end().
   struct Numbers {
     uint64_t frames = 0, drawn = 0, sessions = 0;
-    double picture_ms = 0.0;  ///< time for the last picture on the device
-    PictureSize size;
+    double picture_ms = 0.0;         ///< time for the last picture on the device
+    std::vector<PictureSize> sizes;  ///< of its views, as HeadsetFrame::eyes
     bool depth = false;
     std::string system, runtime;
   };

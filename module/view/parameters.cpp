@@ -42,7 +42,14 @@ ViewRays rays_of(const Eye& eye, PictureSize size, glm::dvec3 origin_m, double u
 ViewParameters parameters_of(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
                              double near_m) {
   ViewParameters parameters{};
-  for (size_t e = 0; e < eyes.size(); ++e) parameters.rays[e] = rays_of(eyes[e], size);
+  // The first eye's picture has the whole gradient of the background; the others continue it.
+  const double height = eyes.front().tan_up - eyes.front().tan_down;
+  for (size_t e = 0; e < eyes.size(); ++e) {
+    const double row = (eyes[e].tan_up - eyes[e].tan_down) / size.height;
+    ViewRays& rays = parameters.rays[e] = rays_of(eyes[e], size);
+    rays.first.w = float((eyes.front().tan_up - eyes[e].tan_up + 0.5 * row) / height);
+    rays.down.w = float(row / height);
+  }
   for (size_t p = 0; p < scene.clips.size(); ++p)
     parameters.planes[p] = glm::vec4(scene.clips[p].normal, scene.clips[p].offset_m);
   parameters.background = glm::vec4(linear(scene.background_top), near_m);

@@ -31,13 +31,15 @@ bool Repacker::can(VkFormat format) {
 }
 
 Result<std::unique_ptr<Repacker>> Repacker::make(std::shared_ptr<vulkan::Context> context,
-                                                 VkFormat format, PictureSize most) {
-  return vulkan::tried(
-      [&] { return std::unique_ptr<Repacker>(new Repacker(std::move(context), format, most)); });
+                                                 VkFormat format, PictureSize most, int eyes) {
+  return vulkan::tried([&] {
+    return std::unique_ptr<Repacker>(new Repacker(std::move(context), format, most, eyes));
+  });
 }
 
-Repacker::Repacker(std::shared_ptr<vulkan::Context> context, VkFormat format, PictureSize most)
-    : context_(std::move(context)), format_(format) {
+Repacker::Repacker(std::shared_ptr<vulkan::Context> context, VkFormat format, PictureSize most,
+                   int eyes)
+    : context_(std::move(context)), format_(format), eyes_(eyes) {
   assert(can(format) && "this format can not be made");
   const Packing& packing = *packing_of(format);
   vulkan::KernelOptions options;
@@ -45,9 +47,13 @@ Repacker::Repacker(std::shared_ptr<vulkan::Context> context, VkFormat format, Pi
   options.push_bytes = sizeof(glm::ivec4);
   options.specialisation = {packing.swapped, packing.linear, packing.half};
   kernel_ = vulkan::Kernel(context_, options);
-  const uint64_t bytes = packing.half ? 8 : 4;
-  repacked_ = vulkan::Buffer(context_, 2 * bytes * uint64_t(most.width) * uint64_t(most.height));
+  repacked_ = vulkan::Buffer(
+      context_, uint64_t(eyes) * pixel_bytes() * uint64_t(most.width) * uint64_t(most.height));
   recorder_ = std::make_unique<vulkan::Recorder>(context_, 1);
+}
+
+uint64_t Repacker::pixel_bytes() const {
+  return packing_of(format_)->half ? 8 : 4;
 }
 
 Repacker::~Repacker() {
@@ -56,7 +62,7 @@ Repacker::~Repacker() {
 }
 
 Status Repacker::start(const vulkan::Buffer& colours, PictureSize size) {
-  const int rows = 2 * size.height;
+  const int rows = eyes_ * size.height;
   return vulkan::tried([&] {
     recorder_->restart();
     recorder_->dispatch(kernel_, {colours, repacked_}, glm::ivec4(size.width, rows, 0, 0),

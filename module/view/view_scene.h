@@ -42,6 +42,7 @@ struct ViewScene {
   std::vector<RoundCone> things;          ///< opaque, world; see things.h
   std::vector<ClipPlane> clips;           ///< at most 8, all hold; they clip volumes, not things
   std::vector<TubeColours> tube_colours;  ///< of things; the renderer does not read them
+  /// A gradient from the top to the bottom of the first eye's picture; other eyes continue it.
   glm::dvec3 background_top{0.105, 0.125, 0.16};    ///< sRGB
   glm::dvec3 background_bottom{0.03, 0.035, 0.05};  ///< sRGB
   glm::dvec3 light{-0.35, 0.65, 0.67};              ///< towards the light, in the first eye's axes

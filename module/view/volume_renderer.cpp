@@ -58,7 +58,7 @@ Result<std::unique_ptr<VolumeRenderer>> VolumeRenderer::make(
     std::shared_ptr<vulkan::Context> context, const RendererOptions& options) {
   if (options.most.width < 1 || options.most.height < 1 || options.most_eyes < 1 ||
       options.most_eyes > kMostEyes)
-    return refused("pictures need a size, and one or two eyes");
+    return refused("pictures need a size, and one to four eyes");
   // Bricks are made one further than what shows: a longer segment would end beyond.
   if (!(options.samples_per_voxel >= 0.125) || !(options.near_m > 0.0))
     return refused("samples per voxel must be at least 0.125, and the nearest depth above 0");

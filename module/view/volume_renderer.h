@@ -43,7 +43,7 @@ struct ViewStatistics {
   int light_turned = 0;         ///< and of these how often because only the light had turned
 };
 
-/// Draws volumes and things for one or two eyes, by compute alone. Everything but set_volumes runs
+/// Draws volumes and things for one to four eyes, by compute alone. Everything but set_volumes runs
 /// in the frame loop. One thread at a time. Errors: kDeviceFailed, kOutOfMemory; kBadInput in a
 /// sentence for scenes that can not be drawn.
 ///
@@ -75,7 +75,7 @@ class VolumeRenderer {
   Status prepare(const ViewScene& scene, std::span<const Eye> eyes, bool masked);
 
   /// Submits the passes that phases and looks need, and one dispatch for all eyes. Waits for the
-  /// picture before. size at most that of the options; 1 or 2 eyes. seen: of these eyes and this
+  /// picture before. size and eyes at most those of the options. seen: of these eyes and this
   /// size, or none where all is seen, which costs nothing; the same object is uploaded once.
   Status start(const ViewScene& scene, std::span<const Eye> eyes, PictureSize size,
                std::shared_ptr<const VisiblePixels> visible = nullptr);

@@ -6,12 +6,12 @@ namespace palpate::xr {
 
 /// The layers of one frame; its parts point at each other, so it must not be moved.
 struct FrameLoop::Layer {
-  std::array<XrView, 2> views{{{XR_TYPE_VIEW}, {XR_TYPE_VIEW}}};
-  std::array<XrCompositionLayerProjectionView, 2> projection{};
-  std::array<XrCompositionLayerDepthInfoKHR, 2> depth{};
+  std::vector<XrView> views;
+  std::vector<XrCompositionLayerProjectionView> projection;
+  std::vector<XrCompositionLayerDepthInfoKHR> depth;
   XrCompositionLayerProjection layer{XR_TYPE_COMPOSITION_LAYER_PROJECTION};
   bool shown = false, with_depth = false;
-  std::array<VkExtent2D, 2> size{};  ///< pixels that were filled
+  std::vector<VkExtent2D> size;  ///< pixels that were filled
   std::optional<XrCompositionLayerQuad> panel;
 };
 
@@ -86,13 +86,12 @@ Done FrameLoop::fill(const FrameParts& parts, const XrFrameState& state, Layer& 
   if (!drawn) return drawn.error();
   layer.shown = drawn->color;
   layer.with_depth = drawn->depth && chains_->depth;
-  for (size_t eye = 0; eye < 2; ++eye) {
-    const VkExtent2D all = chains_->eyes[eye];
-    layer.size[eye] = drawn->size.width == 0 || drawn->size.height == 0
-                          ? all
-                          : VkExtent2D{std::min(drawn->size.width, all.width),
-                                       std::min(drawn->size.height, all.height)};
+  for (size_t eye = 0; eye < std::min(layer.size.size(), drawn->sizes.size()); ++eye) {
+    VkExtent2D& size = layer.size[eye];
+    size = {std::min(drawn->sizes[eye].width, size.width),
+            std::min(drawn->sizes[eye].height, size.height)};
   }
+  layer.depth.resize(layer.size.size());
   for (XrCompositionLayerDepthInfoKHR& depth : layer.depth) {
     depth.nearZ = drawn->depth_0_m;
     depth.farZ = drawn->depth_1_m;
@@ -136,12 +135,12 @@ Done FrameLoop::prepare(const FrameParts& parts) {
     if (!made) return made.error();
     chains_.emplace(std::move(*made));
   }
-  for (uint32_t view = 0; view < 2; ++view) {
-    if (masks_known_[view]) continue;
+  masks_.resize(parts.system.views.size());
+  for (uint32_t view = 0; view < masks_.size(); ++view) {
+    if (masks_[view]) continue;
     auto mesh = hidden_mesh(parts.instance, parts.session, view);
     if (!mesh) return mesh.error();
     masks_[view] = std::move(*mesh);
-    masks_known_[view] = true;
   }
   return Nothing{};
 }
@@ -149,10 +148,16 @@ Done FrameLoop::prepare(const FrameParts& parts) {
 Done FrameLoop::locate_eyes(const FrameParts& parts, XrTime time, Layer& layer, HeadsetFrame& frame,
                             bool& valid) {
   XrViewLocateInfo locate{XR_TYPE_VIEW_LOCATE_INFO};
-  locate.viewConfigurationType = kStereo;
+  locate.viewConfigurationType = parts.system.view_type;
   locate.displayTime = time;
   locate.space = parts.spaces.base();
+  const Outcome<bool> follows_gaze = parts.spaces.knows_gaze(time);
+  if (!follows_gaze) return follows_gaze.error();
+  XrViewLocateFoveatedRenderingVARJO gaze{XR_TYPE_VIEW_LOCATE_FOVEATED_RENDERING_VARJO};
+  gaze.foveatedRenderingActive = *follows_gaze ? XR_TRUE : XR_FALSE;
+  if (!parts.system.gaze_views.empty()) locate.next = &gaze;
   XrViewState state{XR_TYPE_VIEW_STATE};
+  layer.views.assign(parts.system.views.size(), {XR_TYPE_VIEW});
   uint32_t count = 0;
   const XrResult result = xrLocateViews(parts.session.handle(), &locate, &state,
                                         uint32_t(layer.views.size()), &count, layer.views.data());
@@ -162,11 +167,14 @@ Done FrameLoop::locate_eyes(const FrameParts& parts, XrTime time, Layer& layer, 
   // A picture for a head of unknown place would jump: none is better.
   valid = (state.viewStateFlags & kValid) == kValid;
   const Pose world_from_base = parts.colocation.world_from_base();
-  for (size_t eye = 0; eye < 2; ++eye) {
-    frame.eyes[eye].world_from_eye = world_from_base * pose_of(layer.views[eye].pose);
-    frame.eyes[eye].fov = fov_of(layer.views[eye].fov);
-    frame.eyes[eye].size = chains_->eyes[eye];
-    frame.eyes[eye].hidden = &masks_[eye];
+  layer.size = *follows_gaze ? chains_->gaze_eyes : chains_->eyes;
+  static const HiddenMesh kNothing;
+  for (size_t eye = 0; eye < layer.views.size(); ++eye) {
+    // A view that follows the gaze has no fixed place behind the optics.
+    const bool moves = *follows_gaze && eye >= 2;
+    frame.eyes.push_back({world_from_base * pose_of(layer.views[eye].pose),
+                          fov_of(layer.views[eye].fov), layer.size[eye],
+                          moves ? &kNothing : &*masks_[eye]});
   }
   return Nothing{};
 }
@@ -202,7 +210,8 @@ Done FrameLoop::end(const FrameParts& parts, XrTime time, const Layer& filled) {
   XrFrameEndInfo end{XR_TYPE_FRAME_END_INFO};
   end.displayTime = time;
   end.environmentBlendMode = parts.blend;
-  for (size_t eye = 0; layer.shown && eye < 2; ++eye) {
+  if (layer.shown) layer.projection.resize(layer.views.size());
+  for (size_t eye = 0; eye < layer.projection.size(); ++eye) {
     const auto part_of = [&](const Swapchain& chain) {
       const VkExtent2D size = layer.size[eye];
       return XrSwapchainSubImage{

@@ -1,6 +1,7 @@
 #pragma once
 
-#include <array>
+#include <optional>
+#include <vector>
 
 #include "module/xr/actions.h"
 #include "module/xr/clock.h"
@@ -51,7 +52,7 @@ class FrameLoop {
 
   /// The mask of this view changed: it is asked for again.
   void forget_mask(uint32_t view) {
-    if (view < 2) masks_known_[view] = false;
+    if (view < masks_.size()) masks_[view].reset();
   }
 
  private:
@@ -67,10 +68,9 @@ class FrameLoop {
   std::shared_ptr<vulkan::Context> context_;
   double view_scale_;
   std::optional<Swapchains> chains_;
-  std::unique_ptr<FrameCommands> commands_;  ///< goes first: its work uses the images
-  std::unique_ptr<PanelLayer> panel_;        ///< made for the first panel
-  std::array<HiddenMesh, 2> masks_;
-  std::array<bool, 2> masks_known_{};
+  std::unique_ptr<FrameCommands> commands_;       ///< goes first: its work uses the images
+  std::unique_ptr<PanelLayer> panel_;             ///< made for the first panel
+  std::vector<std::optional<HiddenMesh>> masks_;  ///< of each view, as far as they are known
   Problem no_panel_;
 };
 

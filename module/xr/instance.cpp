@@ -66,6 +66,8 @@ Outcome<Instance> Instance::make(bool overlay) {
   const bool hands = want(XR_EXT_HAND_TRACKING_EXTENSION_NAME);
   const bool rates = want(XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME);
   made.hand_interaction_ = want(kHandInteractionExtension);
+  made.quad_views_ = want(XR_VARJO_QUAD_VIEWS_EXTENSION_NAME);
+  made.foveation_ = made.quad_views_ && want(XR_VARJO_FOVEATED_RENDERING_EXTENSION_NAME);
   want(kLocalFloorExtension);  // its space is one of those that xrEnumerateReferenceSpaces gives
 
   XrInstanceCreateInfo create{XR_TYPE_INSTANCE_CREATE_INFO};

@@ -29,6 +29,10 @@ class Instance {
   bool has_visibility_mask() const { return get_visibility_mask != nullptr; }
   bool has_hand_tracking() const { return create_hand_tracker != nullptr; }
   bool has_hand_interaction() const { return hand_interaction_; }
+  /// Whether there may be views of a second, narrower pair: System says so.
+  bool has_quad_views() const { return quad_views_; }
+  /// The same where that pair follows the gaze.
+  bool has_foveation() const { return foveation_; }
   bool has_clock() const { return convert_time_to_timespec != nullptr; }
 
   /// True with the next event in `event`, or false. The caller reuses one buffer, since it has 4
@@ -58,6 +62,7 @@ class Instance {
   XrHandle<XrInstance, xrDestroyInstance> handle_;
   std::string runtime_;
   bool depth_layer_ = false, hand_interaction_ = false;
+  bool quad_views_ = false, foveation_ = false;
 };
 
 }  // namespace palpate::xr

@@ -34,7 +34,7 @@ Outcome<std::unique_ptr<LiveSession>> LiveSession::make(const Instance& instance
                                                         Colocation& colocation) {
   auto session = OpenXrSession::make(instance, system, context, options.overlay);
   if (!session) return session.error();
-  auto spaces = Spaces::make(*session, options.origin);
+  auto spaces = Spaces::make(*session, system, options.origin);
   if (!spaces) return spaces.error();
   auto actions = Actions::make(instance, *session);
   if (!actions) return actions.error();

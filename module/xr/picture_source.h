@@ -2,7 +2,6 @@
 
 #include <vulkan/vulkan.h>
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -28,7 +27,7 @@ struct HiddenMesh {
   bool operator==(const HiddenMesh&) const = default;
 };
 
-/// One eye of a frame.
+/// One view of a frame.
 struct EyeView {
   Pose world_from_eye;
   Fov fov;
@@ -37,7 +36,7 @@ struct EyeView {
 };
 
 /// An image of the runtime, in layout TRANSFER_DST_OPTIMAL while the source records; array layer i
-/// is eye i. What the source does not write is undefined.
+/// is view i. What the source does not write is undefined.
 struct Target {
   VkImage image = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
@@ -49,8 +48,10 @@ struct HeadsetFrame {
   int64_t display_time_ns = 0;     ///< of the monotonic clock: when it will be displayed
   bool display_time_exact = true;  ///< false: the runtime can not convert its time, it was guessed
   int64_t period_ns = 0;           ///< of the display
-  std::array<EyeView, 2> eyes;     ///< left, right
-  const Hands* hands = nullptr;    ///< never null; at the display time
+  /// Left, right; where the headset has a second pair in the middle of these, with more pixels per
+  /// angle, that one too. At most 4.
+  std::vector<EyeView> eyes;
+  const Hands* hands = nullptr;  ///< never null; at the display time
   Target color;
   Target depth;  ///< image is null where the runtime takes no depth
 };
@@ -59,9 +60,9 @@ struct HeadsetFrame {
 struct Drawn {
   bool color = false;  ///< false: nothing to show this time
   bool depth = false;  ///< the depth target was written
-  /// Pixels of each eye that were filled, from the corner (0, 0), where fewer than EyeView::size:
-  /// the whole view in fewer pixels, which the runtime enlarges. 0: all of them.
-  VkExtent2D size{};
+  /// Pixels of each view that were filled, from the corner (0, 0), where fewer than EyeView::size:
+  /// the whole view in fewer pixels, which the runtime enlarges. Empty: all of them.
+  std::vector<VkExtent2D> sizes;
   /// Distances that depth 0 and 1 stand for, m. Reversed depth: near is the larger; infinity is
   /// allowed.
   float depth_0_m = 0.1F;
@@ -90,7 +91,7 @@ class PictureSource {
   virtual Status use(const std::shared_ptr<vulkan::Context>& context) = 0;
   /// Everything made on the device of the last use() must go: its work has ended.
   virtual void drop() noexcept = 0;
-  /// Draws both eyes. The commands of the frame before have ended. The source records barriers for
+  /// Draws all eyes. The commands of the frame before have ended. The source records barriers for
   /// its own resources, the caller those for the targets. Errors: kDeviceFailed, kOutOfMemory; they
   /// are taken as kNoGraphics.
   virtual Result<Drawn> record(const HeadsetFrame& frame, VkCommandBuffer commands) = 0;

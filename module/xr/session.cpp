@@ -19,6 +19,7 @@ Outcome<OpenXrSession> OpenXrSession::make(const Instance& instance, const Syste
   create.systemId = system.id;
 
   OpenXrSession made;
+  made.view_type_ = system.view_type;
   made.context_ = std::move(context);
   // The runtime may use the queue in here.
   const auto queue = made.context_->hold_queue();
@@ -38,7 +39,7 @@ Outcome<Duty> OpenXrSession::announced(XrSessionState state) {
   const Duty duty = life_.announced(SessionState(state));
   if (duty == Duty::kBegin) {
     XrSessionBeginInfo begin{XR_TYPE_SESSION_BEGIN_INFO};
-    begin.primaryViewConfigurationType = kStereo;
+    begin.primaryViewConfigurationType = view_type_;
     const Done begun = done("xrBeginSession", xrBeginSession(handle(), &begin));
     if (!begun) return begun.error();
     life_.begun();

@@ -29,12 +29,14 @@ class OpenXrSession {
 
   XrSession handle() const { return handle_.get(); }
   const Lifecycle& life() const { return life_; }
+  XrViewConfigurationType view_type() const { return view_type_; }
   vulkan::Context& context() const { return *context_; }
 
  private:
   OpenXrSession() = default;
   std::shared_ptr<vulkan::Context> context_;
   XrHandle<XrSession, xrDestroySession> handle_;
+  XrViewConfigurationType view_type_{};
   Lifecycle life_;
 };
 

@@ -48,7 +48,7 @@ XrReferenceSpaceType local_type(Origin origin) {
 
 }  // namespace
 
-Outcome<Spaces> Spaces::make(const OpenXrSession& session, Origin wanted) {
+Outcome<Spaces> Spaces::make(const OpenXrSession& session, const System& system, Origin wanted) {
   const auto offered = offered_spaces(session);
   if (!offered) return offered.error();
   const auto has = [&](XrReferenceSpaceType type) {
@@ -65,6 +65,8 @@ Outcome<Spaces> Spaces::make(const OpenXrSession& session, Origin wanted) {
     done = make_space(session, XR_REFERENCE_SPACE_TYPE_STAGE, made.stage_.out());
     if (done) done = make_space(session, local_type(made.origin_), made.local_.out());
   }
+  if (done && !system.gaze_views.empty())
+    done = make_space(session, XR_REFERENCE_SPACE_TYPE_COMBINED_EYE_VARJO, made.gaze_.out());
   if (!done) return done.error();
   return made;
 }
@@ -78,6 +80,14 @@ std::optional<Room> Spaces::room_of(XrReferenceSpaceType type) const {
 Outcome<std::optional<Pose>> Spaces::stage_from_local(XrTime time) const {
   if (!stage_) return std::optional<Pose>();
   return locate(local_.get(), stage_.get(), time);
+}
+
+Outcome<bool> Spaces::knows_gaze(XrTime time) const {
+  if (!gaze_) return false;
+  XrSpaceLocation location{XR_TYPE_SPACE_LOCATION};
+  const XrResult result = xrLocateSpace(gaze_.get(), base_.get(), time, &location);
+  if (XR_FAILED(result)) return problem_of("xrLocateSpace", result);
+  return (location.locationFlags & XR_SPACE_LOCATION_ORIENTATION_TRACKED_BIT) != 0;
 }
 
 Outcome<std::optional<Pose>> locate(XrSpace space, XrSpace base, XrTime time,

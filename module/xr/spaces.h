@@ -14,7 +14,7 @@ namespace palpate::xr {
 /// Move-only.
 class Spaces {
  public:
-  static Outcome<Spaces> make(const OpenXrSession& session, Origin wanted);
+  static Outcome<Spaces> make(const OpenXrSession& session, const System& system, Origin wanted);
 
   /// The space in which views and hands are located.
   XrSpace base() const { return base_.get(); }
@@ -25,9 +25,13 @@ class Spaces {
   /// stage_from_local at a time; none while the runtime does not know it or offers only one.
   Outcome<std::optional<Pose>> stage_from_local(XrTime time) const;
 
+  /// Whether the runtime sees at this time where the person looks; false where no view follows
+  /// that.
+  Outcome<bool> knows_gaze(XrTime time) const;
+
  private:
   using Space = XrHandle<XrSpace, xrDestroySpace>;
-  Space base_, stage_, local_;
+  Space base_, stage_, local_, gaze_;
   Origin origin_ = Origin::kLocal;
 };
 

@@ -152,20 +152,26 @@ Outcome<Swapchains> Swapchains::make(const OpenXrSession& session, const System&
                                      double view_scale) {
   const auto format = colour_format(session);
   if (!format) return format.error();
-  std::array<VkExtent2D, 2> eyes{};
-  VkExtent2D both{};
-  for (size_t eye = 0; eye < 2; ++eye) {
-    eyes[eye] = scaled(system.views[eye], system, view_scale);
-    both = {std::max(both.width, eyes[eye].width), std::max(both.height, eyes[eye].height)};
-  }
-  auto color = Swapchain::make_colour(session, *format, both, 2);
+  VkExtent2D largest{};
+  const auto sizes_of = [&](const std::vector<XrViewConfigurationView>& views) {
+    std::vector<VkExtent2D> sizes;
+    for (const XrViewConfigurationView& view : views) {
+      const VkExtent2D size = sizes.emplace_back(scaled(view, system, view_scale));
+      largest = {std::max(largest.width, size.width), std::max(largest.height, size.height)};
+    }
+    return sizes;
+  };
+  const std::vector<VkExtent2D> eyes = sizes_of(system.views);
+  const std::vector<VkExtent2D> gaze_eyes = sizes_of(system.gaze_views);
+  const auto layers = uint32_t(eyes.size());
+  auto color = Swapchain::make_colour(session, *format, largest, layers);
   if (!color) return color.error();
-  Swapchains made{std::move(*color), std::nullopt, eyes};
+  Swapchains made{std::move(*color), std::nullopt, eyes, gaze_eyes};
   const auto offered = offered_formats(session);
   if (!offered) return offered.error();
   const auto depth_format = first(std::array{VK_FORMAT_D32_SFLOAT}, *offered);
   if (depth && depth_format) {
-    auto chain = Swapchain::make(session, *depth_format, both, 2,
+    auto chain = Swapchain::make(session, *depth_format, largest, layers,
                                  kShared | XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT);
     // The picture does not need depth: it is left out if the runtime offers it but can not make it.
     if (chain)

@@ -12,7 +12,7 @@ namespace palpate::xr {
 /// Images shared with the compositor. Move-only. Calls that may use the queue lock it.
 class Swapchain {
  public:
-  /// layers: 2 for a picture with one per eye.
+  /// layers: one per view of a picture.
   static Outcome<Swapchain> make(const OpenXrSession& session, VkFormat format, VkExtent2D size,
                                  uint32_t layers, XrSwapchainUsageFlags usage);
   /// Of colour pictures, in a format that colour_format() gives.
@@ -55,7 +55,8 @@ Outcome<VkFormat> colour_format(const OpenXrSession& session);
 struct Swapchains {
   Swapchain color;
   std::optional<Swapchain> depth;
-  std::array<VkExtent2D, 2> eyes;  ///< what of the images each eye fills
+  std::vector<VkExtent2D> eyes;       ///< what of the images each view fills
+  std::vector<VkExtent2D> gaze_eyes;  ///< the same while the second pair follows the gaze
 
   /// Sizes are the recommended ones times view_scale, within what the runtime can.
   static Outcome<Swapchains> make(const OpenXrSession& session, const System& system, bool depth,

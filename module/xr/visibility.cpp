@@ -8,7 +8,7 @@ Outcome<HiddenMesh> hidden_mesh(const Instance& instance, const OpenXrSession& s
   const auto ask = [&](XrVisibilityMaskKHR& mask) {
     return done(
         "xrGetVisibilityMaskKHR",
-        instance.get_visibility_mask(session.handle(), kStereo, view,
+        instance.get_visibility_mask(session.handle(), session.view_type(), view,
                                      XR_VISIBILITY_MASK_TYPE_HIDDEN_TRIANGLE_MESH_KHR, &mask));
   };
   XrVisibilityMaskKHR mask{XR_TYPE_VISIBILITY_MASK_KHR};

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <functional>
 #include <future>
 #include <memory>
@@ -30,7 +29,11 @@ using Show = std::function<std::optional<Scenery>(const HeadsetFrame& frame)>;
 /// An eye of the headset as the renderer takes it.
 palpate::Eye eye_of(const EyeView& eye);
 
-/// Draws volumes into the headset: both eyes in one dispatch, colour and depth, in as many pixels
+/// The same with the angles of view enlarged to the right and downwards, so that a picture of
+/// `size` has the view's own picture, of `part` pixels, in its upper left corner.
+palpate::Eye eye_of(const EyeView& eye, PictureSize part, PictureSize size);
+
+/// Draws volumes into the headset: all eyes in one dispatch, colour and depth, in as many pixels
 /// as there is time for. On another device all is made and uploaded anew, on a thread of its own,
 /// while frames without a picture keep the runtime's loop alive. Threads and errors as
 /// PictureSource says.
@@ -50,8 +53,10 @@ class VolumeSource final : public PictureSource {
   const std::string& trouble() const { return trouble_; }
   /// Whether frames have no picture because what draws them is still being made.
   bool preparing() const { return making_.valid(); }
-  /// Pixels of each eye's last picture, and what the device took for it.
+  /// Pixels of the largest view's last picture; of each view's, as HeadsetFrame::eyes; and what the
+  /// device took for all of them.
   PictureSize size() const { return size_; }
+  const std::vector<PictureSize>& sizes() const { return sizes_; }
   double picture_s() const { return picture_s_; }
 
  private:
@@ -67,17 +72,17 @@ class VolumeSource final : public PictureSource {
     VkFormat format;
     std::vector<std::shared_ptr<const MovingVolume>> volumes;
     ViewScene scene;
-    std::array<palpate::Eye, 2> eyes;
+    std::vector<palpate::Eye> eyes;
     bool masked;
   };
   static DrawingResult make(const std::shared_ptr<vulkan::Context>& context, const Wanted& wanted);
   /// True once there is a renderer with the scenery's volumes, for pictures of this format.
-  Result<bool> prepare(const Scenery& scenery, const HeadsetFrame& frame, PictureSize most);
+  Result<bool> prepare(const Scenery& scenery, const HeadsetFrame& frame);
   void start_making(Wanted wanted);
-  /// What of pictures of this size the optics let through; null where that is all.
+  /// What of the pictures the optics let through and what their views have; null where that is all.
   std::shared_ptr<const VisiblePixels> visible_of(const HeadsetFrame& frame,
-                                                  const std::array<palpate::Eye, 2>& eyes);
-  void note_need(double update_s, double rays_s, PictureSize full);
+                                                  const std::vector<palpate::Eye>& eyes);
+  void note_need(double update_s, double rays_s, double share);
   Drawn copy(const HeadsetFrame& frame, VkCommandBuffer commands) const;
 
   Show show_;
@@ -89,14 +94,16 @@ class VolumeSource final : public PictureSource {
   std::vector<std::shared_ptr<const MovingVolume>> volumes_;  ///< that it has or will have
   /// As it was last asked for, and what came of it.
   struct HiddenParts {
-    std::array<HiddenMesh, 2> hidden;
-    std::array<glm::dvec4, 2> tangents{};
+    std::vector<HiddenMesh> hidden;
+    std::vector<glm::dvec4> tangents;  ///< of views of which something is hidden, else 0
+    std::vector<PictureSize> sizes;
     std::shared_ptr<const VisiblePixels> visible;
   };
   HiddenParts mask_;
   std::optional<HangingPanel> panel_;  ///< of the last frame
   Resolution resolution_;
-  PictureSize size_;
+  PictureSize size_;                ///< of the largest view
+  std::vector<PictureSize> sizes_;  ///< of each view, at most size_
   double picture_s_ = 0.0;
   std::vector<double> needs_s_;  ///< of the first pictures, until there are enough
   double needed_s_ = 0.0;

@@ -20,7 +20,7 @@ PALPATE_CONSTANT int kBrick = 8;        // voxels along the edge of a brick: the
 PALPATE_CONSTANT int kNode = 4;         // voxels between back-tracked nodes
 PALPATE_CONSTANT int kMostVolumes = 8;  // in one picture, including surfaces of segments
 PALPATE_CONSTANT int kMostPlanes = 8;   // that clip
-PALPATE_CONSTANT int kMostEyes = 2;
+PALPATE_CONSTANT int kMostEyes = 4;     // headsets may have a second, narrower pair
 PALPATE_CONSTANT int kTable = 2048;  // entries of a transfer table, each with colour and extinction
 // Words per brick: the first one (see kSolid); two with a bit for each of its 64 blocks of 2 x 2 x
 // 2 cells that shows anything. Two with a bit for each block of which every cell does; 16 with a
@@ -57,10 +57,10 @@ struct ViewRays {
 };
 
 struct ViewVolumeParameters {
-  ViewRays rays[2];  // in voxels of the volume
-  vec4 size;         // voxels; w: 1 if the volume is drawn
-  ivec4 bricks;      // along each axis; w: first word of its skip structure
-  vec4 spacing_mm;   // of its voxels, w: samples along a ray per mm
+  ViewRays rays[kMostEyes];  // in voxels of the volume
+  vec4 size;                 // voxels; w: 1 if the volume is drawn
+  ivec4 bricks;              // along each axis; w: first word of its skip structure
+  vec4 spacing_mm;           // of its voxels, w: samples along a ray per mm
   vec4 table;  // x, y: entry = x * value + y; z: first entry; w: slope (1/mm) of a full surface
   vec4 shine;  // ambient, diffuse, specular; w: share of the extinction where values are flat
   vec4 light;  // towards the light, along the volume's axes (of voxels)
@@ -71,22 +71,24 @@ struct ViewVolumeParameters {
 };
 
 struct ViewParameters {
-  ViewRays rays[2];        // in the world, m
-  vec4 planes[8];          // a point is kept where dot(xyz, point) >= w; world, m
-  vec4 background;         // linear colour; w: nearest depth t, m
-  vec4 background_low;     // at the bottom of the picture
-  vec4 light;              // towards the light, world
-  ivec4 counts;            // eyes, planes, width, height
-  vec4 backdrop;           // of a host's picture: 1 / t = x + y d, 1/m, for its depth d
-  ViewRays light_rays[2];  // in cells of the light grid, see light.comp
-  vec4 light_planes[8];    // planes, in cells
-  vec4 light_way;          // towards the light, along the axes of the cells
-  vec4 light_cells;        // along each axis; w: share of the light that can be taken
+  // In the world, m; w of first and down: of the first pixel, and per row, how far down the
+  // background's gradient it is, 0 to 1.
+  ViewRays rays[kMostEyes];
+  vec4 planes[8];                  // a point is kept where dot(xyz, point) >= w; world, m
+  vec4 background;                 // linear colour; w: nearest depth t, m
+  vec4 background_low;             // at the bottom of the picture
+  vec4 light;                      // towards the light, world
+  ivec4 counts;                    // eyes, planes, width, height
+  vec4 backdrop;                   // of a host's picture: 1 / t = x + y d, 1/m, for its depth d
+  ViewRays light_rays[kMostEyes];  // in cells of the light grid, see light.comp
+  vec4 light_planes[8];            // planes, in cells
+  vec4 light_way;                  // towards the light, along the axes of the cells
+  vec4 light_cells;                // along each axis; w: share of the light that can be taken
   ViewVolumeParameters volumes[8];
 };
 PALPATE_SIZE(ViewRays, 64);
-PALPATE_SIZE(ViewVolumeParameters, 256);
-PALPATE_SIZE(ViewParameters, 2672);
+PALPATE_SIZE(ViewVolumeParameters, 384);
+PALPATE_SIZE(ViewParameters, 3952);
 
 // A round cone: the union of all spheres between two, with centre and radius blended.
 struct ViewThing {

@@ -392,14 +392,14 @@ void march(float from, float to, float dt, float jitter, inout Light light) {
 }
 
 // Blends the light over what lies behind it: the background, or the host's picture.
-void write(ivec2 pixel, ivec2 size, uint out_index, Light light, uint back_word) {
+void write(ivec2 pixel, int eye, uint out_index, Light light, uint back_word) {
   // The rest of a ray that was stopped early is taken to be like the part before.
   if (light.through <= kStop) {
     light.colour /= 1.0 - light.through;
     light.through = 0.0;
   }
   if (kBackdrop == 0) {
-    const float down = (float(pixel.y) + 0.5) / float(size.y);
+    const float down = clamp(view.rays[eye].first.w + float(pixel.y) * view.rays[eye].down.w, 0.0, 1.0);
     light.colour += light.through * mix(view.background.rgb, view.background_low.rgb, down);
     colour_out[out_index] = packUnorm4x8(vec4(encoded(light.colour), 1.0 - light.through));
     depth_out[out_index] = floatBitsToUint(light.depth);
@@ -446,7 +446,7 @@ void draw(ivec2 pixel, int eye, ivec2 size, uint out_index) {
       from = max(thing_at, begin);
     }
   }
-  write(pixel, size, out_index, light, back_word);
+  write(pixel, eye, out_index, light, back_word);
 }
 
 // Whether the pixel is visible through the optics.

@@ -44,6 +44,44 @@ class SceneTest : public ViewTest {
   }
 };
 
+TEST_F(SceneTest, OtherEyesContinueTheBackgroundOfTheFirst) {
+  // Nothing of the ball is in the column that is looked at.
+  const auto red = ball({0, 0, 0});
+  auto view = renderer({kSceneSize, 4});
+  set(*view, {red});
+  ViewScene scene;
+  scene.volumes = {{red, {}, {}, ball_look(kRed)}};
+  scene.background_top = {0.9, 0.1, 0.2};
+  scene.background_bottom = {0.1, 0.8, 0.2};
+  std::vector<Eye> eyes(4, eye_);
+  eyes[1].tan_up = 0.5 * eye_.tan_up;
+  eyes[1].tan_down = 0.25 * eye_.tan_down;
+  eyes[2].tan_up = 2.0 * eye_.tan_up;
+  eyes[3].tan_down = 0.0;
+  const std::vector<Picture> pictures = draw(*view, scene, eyes, kSceneSize);
+  ASSERT_EQ(pictures.size(), 4u);
+  for (size_t e = 0; e < 4; ++e)
+    for (int y = 0; y < kSceneSize.height; ++y) {
+      const double tangent =
+          eyes[e].tan_up - (eyes[e].tan_up - eyes[e].tan_down) * (y + 0.5) / kSceneSize.height;
+      const double row =
+          (eye_.tan_up - tangent) / (eye_.tan_up - eye_.tan_down) * kSceneSize.height - 0.5;
+      // Between two rows of the first eye's picture, or beyond its edges, or in half a row there.
+      const int above = int(std::floor(row));
+      for (int c = 0; c < 3; ++c) {
+        const auto first_eye = [&](int y_there) {
+          const double end = y_there < 0 ? scene.background_top[c] : scene.background_bottom[c];
+          return y_there < 0 || y_there >= kSceneSize.height ? int(std::lround(255.0 * end))
+                                                             : channel(pictures[0], 5, y_there, c);
+        };
+        const int a = first_eye(above), b = first_eye(above + 1);
+        const int found = channel(pictures[e], 5, y, c);
+        ASSERT_GE(found, std::min(a, b) - 1) << "eye " << e << ", row " << y;
+        ASSERT_LE(found, std::max(a, b) + 1) << "eye " << e << ", row " << y;
+      }
+    }
+}
+
 TEST_F(SceneTest, TwoVolumesHideEachOtherByTheirDepth) {
   const auto red = ball({0, 0, 0}), green = ball({0, 0, 0}, 12.5);
   auto view = renderer({kSceneSize, 1});
@@ -475,7 +513,7 @@ TEST_F(SceneTest, RefusesWhatCanNotBeDrawnInASentence) {
   EXPECT_FALSE(view->set_volumes(std::vector<std::shared_ptr<const MovingVolume>>(5, red)));
   EXPECT_FALSE(view->set_volumes(std::vector<std::shared_ptr<const MovingVolume>>(1)));
   EXPECT_FALSE(VolumeRenderer::make(context(), {{0, 5}, 1}));
-  EXPECT_FALSE(VolumeRenderer::make(context(), {kSceneSize, 3}));
+  EXPECT_FALSE(VolumeRenderer::make(context(), {kSceneSize, 5}));
 }
 
 }  // namespace

@@ -57,6 +57,7 @@ std::vector<Row> table() {
       {"xrGetSystem",
        kOfInstance + Errors{XR_ERROR_FORM_FACTOR_UNAVAILABLE, XR_ERROR_FORM_FACTOR_UNSUPPORTED}},
       {"xrGetSystemProperties", kOfInstance + system + Errors{XR_ERROR_OUT_OF_MEMORY}},
+      {"xrEnumerateViewConfigurations", kOfInstance + system + small},
       {"xrEnumerateViewConfigurationViews",
        kOfInstance + system + small + Errors{XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED}},
       {"xrEnumerateEnvironmentBlendModes",

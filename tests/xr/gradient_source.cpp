@@ -30,24 +30,24 @@ Result<xr::Drawn> GradientSource::record(const xr::HeadsetFrame& frame, VkComman
   drawn.color = with_color;
   if (!with_color) return drawn;
   const VkExtent2D size = frame.color.size;
-  const size_t pixels = size_t(size.width) * size.height;
+  const auto eyes = uint32_t(frame.eyes.size());
+  const size_t pixels = size_t(size.width) * size.height * eyes;
   // Enough for formats of eight bytes a pixel, too, in which the picture makes no sense.
-  if (color_.bytes() != 2 * pixels * sizeof(uint64_t)) {
+  if (color_.bytes() != pixels * sizeof(uint64_t)) {
     color_ =
-        vulkan::Buffer(context_, 2 * pixels * sizeof(uint64_t), vulkan::Buffer::Kind::kHostVisible);
-    depth_ =
-        vulkan::Buffer(context_, 2 * pixels * sizeof(float), vulkan::Buffer::Kind::kHostVisible);
+        vulkan::Buffer(context_, pixels * sizeof(uint64_t), vulkan::Buffer::Kind::kHostVisible);
+    depth_ = vulkan::Buffer(context_, pixels * sizeof(float), vulkan::Buffer::Kind::kHostVisible);
   }
   const auto color = color_.as<uint32_t>();
   const auto depth = depth_.as<float>();
-  for (uint32_t eye = 0, at = 0; eye < 2; ++eye)
+  for (uint32_t eye = 0, at = 0; eye < eyes; ++eye)
     for (uint32_t y = 0; y < size.height; ++y)
       for (uint32_t x = 0; x < size.width; ++x, ++at) {
         color[at] = color_at(eye, x, y);
         depth[at] = depth_at(eye, y);
       }
   VkBufferImageCopy region{};
-  region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 2};
+  region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, eyes};
   region.imageExtent = {size.width, size.height, 1};
   vkCmdCopyBufferToImage(commands, color_.handle(), frame.color.image,
                          VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);

@@ -8,7 +8,7 @@
 
 namespace palpate::test {
 
-/// Draws a picture that differs per eye, column and row, and a depth that differs per row.
+/// Draws a picture that differs per view, column and row, and a depth that differs per row.
 class GradientSource : public xr::PictureSource {
  public:
   Status use(const std::shared_ptr<vulkan::Context>& context) override;
@@ -18,7 +18,8 @@ class GradientSource : public xr::PictureSource {
   std::optional<xr::HangingPanel> panel() override { return hanging; }
 
   static uint32_t color_at(uint32_t eye, uint32_t x, uint32_t y) {
-    return 0xff000000U | (eye ? 0xc00000U : 0x400000U) | (y & 0xffU) << 8U | (x & 0xffU);
+    return 0xff000000U | (0x400000U + 0x800000U * (eye & 1U) + 0x200000U * (eye >> 1U)) |
+           (y & 0xffU) << 8U | (x & 0xffU);
   }
   static float depth_at(uint32_t eye, uint32_t y) {
     return eye ? 0.75F : 0.25F + float(y) * 0.001F;

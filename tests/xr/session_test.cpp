@@ -287,6 +287,82 @@ TEST_F(SessionLife, GivesTheEyesAsTheRuntimeSaysThem) {
   }
 }
 
+TEST_F(SessionLife, ShowsTheSecondPairOfViewsOfAHeadsetThatHasOne) {
+  runtime().setup().quad_views = true;
+  runtime().setup().keep_pictures = true;
+  // The runtime's formats begin with one that has blue first.
+  runtime().setup().formats = {VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_D32_SFLOAT};
+  std::vector<size_t> hidden;
+  source.on_frame = [&](const xr::HeadsetFrame& frame) {
+    hidden.clear();
+    for (const xr::EyeView& eye : frame.eyes) hidden.push_back(eye.hidden->triangles.size());
+  };
+  headset();
+  step_until(HeadsetState::kFocused);
+  step();
+  ASSERT_EQ(source.last->eyes.size(), 4u);
+  EXPECT_EQ(hidden, std::vector<size_t>(4, 6)) << "two triangles of each view are hidden";
+  EXPECT_TRUE(runtime().last_frame().depth);
+  const std::vector<fake::Picture> pictures = runtime().pictures();
+  ASSERT_EQ(pictures.size(), 4u);
+  for (uint32_t view = 0; view < 4; ++view) {
+    const xr::EyeView& got = source.last->eyes[view];
+    const bool right = view % 2 == 1, is_focus = view >= 2;
+    EXPECT_NEAR(got.fov.left, is_focus ? (right ? -0.35 : -0.25) : (right ? -0.7 : -0.9), 1e-6);
+    EXPECT_EQ(got.size.width, is_focus ? 80u : 64u);
+    EXPECT_EQ(got.size.height, is_focus ? 72u : 48u);
+    // Each view is a layer of images that are as large as the largest one.
+    const fake::Picture& shown = pictures[view];
+    ASSERT_EQ(shown.width, got.size.width);
+    ASSERT_EQ(shown.height, got.size.height);
+    for (const auto& [x, y] : {std::pair(0U, 0U), std::pair(shown.width - 1, shown.height - 1)}) {
+      EXPECT_EQ(shown.rgba[y * shown.width + x], GradientSource::color_at(view, x, y)) << view;
+      EXPECT_EQ(shown.depth[y * shown.width + x], GradientSource::depth_at(view, y)) << view;
+    }
+  }
+  EXPECT_EQ(source.last->eyes[0].world_from_eye.position_m,
+            source.last->eyes[2].world_from_eye.position_m);
+}
+
+TEST_F(SessionLife, LetsTheSecondPairOfViewsFollowTheGazeWhileItIsSeen) {
+  runtime().setup().quad_views = true;
+  runtime().setup().foveation = true;
+  runtime().setup().keep_pictures = true;
+  std::vector<size_t> hidden;
+  source.on_frame = [&](const xr::HeadsetFrame& frame) {
+    hidden.clear();
+    for (const xr::EyeView& eye : frame.eyes) hidden.push_back(eye.hidden->triangles.size());
+  };
+  headset();
+  step_until(HeadsetState::kFocused);
+  for (const bool seen : {true, false, true}) {
+    runtime().setup().gaze_seen = seen;
+    step();
+    ASSERT_EQ(source.last->eyes.size(), 4u);
+    EXPECT_NEAR(source.last->eyes[0].fov.left, -0.9, 1e-6);
+    EXPECT_NEAR(source.last->eyes[2].fov.left, seen ? -0.15 : -0.25, 1e-6);
+    EXPECT_NEAR(source.last->eyes[3].fov.left, seen ? -0.25 : -0.35, 1e-6);
+    // What the optics hide is known of views in a fixed place only.
+    const size_t of_focus = seen ? 0 : 6;
+    EXPECT_EQ(hidden, (std::vector<size_t>{6, 6, of_focus, of_focus}));
+    const std::vector<fake::Picture> pictures = runtime().pictures();
+    ASSERT_EQ(pictures.size(), 4u);
+    EXPECT_EQ(pictures[0].width, 64u);
+    EXPECT_EQ(pictures[2].width, seen ? 56u : 80u);
+    EXPECT_EQ(pictures[2].height, seen ? 40u : 72u);
+  }
+}
+
+TEST_F(SessionLife, ShowsOnePairOfViewsWhereTheRuntimeKnowsNoSecondOne) {
+  runtime().setup().quad_views = true;
+  std::erase(runtime().setup().extensions, XR_VARJO_QUAD_VIEWS_EXTENSION_NAME);
+  headset();
+  step_until(HeadsetState::kFocused);
+  step();
+  EXPECT_EQ(source.last->eyes.size(), 2u);
+  EXPECT_EQ(runtime().calls("xrEnumerateViewConfigurations"), 0);
+}
+
 TEST_F(SessionLife, MakesPicturesOfTheSizeThatIsAskedFor) {
   runtime().setup().view_width = 2160;
   runtime().setup().view_height = 2160;

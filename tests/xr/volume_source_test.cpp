@@ -101,6 +101,86 @@ TEST_F(VolumeSourceTest, HandsOverWhatTheRendererDrawsForEachEyeWithItsDepth) {
   EXPECT_THAT(headset.context()->validation_messages(), ::testing::IsEmpty());
 }
 
+/// The renderer draws all views in one pass of one size; each must be as if it were drawn alone.
+TEST_F(VolumeSourceTest, DrawsEachViewOfTwoPairsAsThatViewAlone) {
+  struct Sizes {
+    VkExtent2D wide, focus;
+  };
+  for (const Sizes& sizes : {Sizes{{64, 48}, {80, 72}}, Sizes{{96, 40}, {56, 64}}})
+    for (const VkFormat format : {VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_B8G8R8A8_SRGB}) {
+      SCOPED_TRACE(std::to_string(sizes.wide.width) + " pixels, format " + std::to_string(format));
+      runtime().reset();
+      fake::Setup& setup = runtime().setup();
+      setup.quad_views = true;
+      setup.view_width = sizes.wide.width, setup.view_height = sizes.wide.height;
+      setup.focus_width = sizes.focus.width, setup.focus_height = sizes.focus.height;
+      setup.formats = {format, VK_FORMAT_D32_SFLOAT};
+      setup.keep_pictures = true;
+      setup.hidden.clear();
+      // So slow that every picture reaches its full size, and no other rate to choose.
+      setup.rate_hz = 0.01;
+      setup.rates_hz.clear();
+      // The heart fills the second pair, and both of its edges are beyond the first one's middle.
+      runtime().script_head([](XrTime) { return XrPosef{{0, 0, 0, 1}, {0.01F, 1.6F, 0}}; });
+      const auto heart = small_heart();
+      const xr::Show show = showing(heart);
+      std::optional<xr::Scenery> last;
+      std::vector<Eye> eyes;
+      xr::VolumeSource drawing([&](const xr::HeadsetFrame& frame) {
+        eyes.clear();
+        for (const xr::EyeView& eye : frame.eyes) eyes.push_back(xr::eye_of(eye));
+        last = show(frame);
+        // Of several views the first one has the whole gradient.
+        last->scene.background_bottom = last->scene.background_top;
+        return last;
+      });
+      xr::HeadsetOptions options;
+      options.validation = true;
+      xr::Headset headset(options, drawing);
+      const int full = int(std::max(sizes.wide.width, sizes.focus.width));
+      for (int k = 0; k < 60'000 && drawing.size().width < full; ++k) {
+        now_ns_ += 11'111'111;
+        headset.step(now_ns_);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+      ASSERT_EQ(drawing.size().width, full) << drawing.trouble();
+      const std::vector<fake::Picture> pictures = runtime().pictures();
+      ASSERT_EQ(pictures.size(), 4u);
+      auto renderer = VolumeRenderer::make(headset.context(), {.most = {96, 96}});
+      ASSERT_TRUE(renderer);
+      ASSERT_TRUE((*renderer)->set_volumes(last->volumes));
+      for (size_t view = 0; view < 4; ++view) {
+        const VkExtent2D size = view < 2 ? sizes.wide : sizes.focus;
+        const fake::Picture& shown = pictures[view];
+        ASSERT_EQ(shown.width, size.width);
+        ASSERT_EQ(shown.height, size.height);
+        ASSERT_TRUE(
+            (*renderer)->start(last->scene, {&eyes[view], 1}, {int(size.width), int(size.height)}));
+        const auto alone = (*renderer)->read_back(0);
+        ASSERT_TRUE(alone);
+        ASSERT_EQ(shown.rgba.size(), alone->colours.size());
+        // Rays differ by a rounding of floats: by a step of 255, at few pixels.
+        size_t other = 0, covered = 0;
+
+        for (size_t i = 0; i < shown.rgba.size(); ++i) {
+          const uint32_t colour = alone->colours[i];
+          covered += colour >> 24 != 0;
+          for (int c = 0; c < 4; ++c) {
+            const int place = format == VK_FORMAT_B8G8R8A8_SRGB && c < 3 ? 2 - c : c;
+            const int got = int(shown.rgba[i] >> (8 * place) & 0xffU);
+            const int apart = std::abs(got - int(colour >> (8 * c) & 0xffU));
+            other += apart > 0;
+            ASSERT_LE(apart, 2) << "view " << view << ", pixel " << i;
+          }
+          ASSERT_NEAR(shown.depth[i], alone->depths[i], 1e-3) << "view " << view << ", pixel " << i;
+        }
+        EXPECT_LT(other, shown.rgba.size() / 50) << "view " << view;
+        EXPECT_GT(covered, shown.rgba.size() / 20) << "view " << view;
+      }
+      EXPECT_THAT(headset.context()->validation_messages(), ::testing::IsEmpty());
+    }
+}
+
 /// In each place where it may happen: while the renderer is made beside the frames, and in a frame.
 TEST_F(VolumeSourceTest, DrawsOnANewDeviceAfterItsOwnWasLost) {
   const auto heart = small_heart();

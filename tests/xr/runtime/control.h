@@ -14,8 +14,8 @@
 /// The interface of a test to the fault-injecting OpenXR runtime in the same process. The runtime
 /// is a shared library that the OpenXR loader finds by XR_RUNTIME_JSON. Another program (hello_xr),
 /// which does not use this header, gets the defaults and the environment variables
-/// PALPATE_FAKE_XR_FRAMES (the session ends after so many), _REPORT (a file for the report at the
-/// end), _REAL_TIME and _REMOTE (see remote.h).
+/// PALPATE_FAKE_XR_FRAMES (the session ends after so many), _QUAD_VIEWS (there are such), _REPORT
+/// (a file for the report at the end), _REAL_TIME and _REMOTE (see remote.h).
 namespace palpate::test::fake {
 
 /// XR_REFERENCE_SPACE_TYPE_LOCAL_FLOOR_EXT, which is not in Debian 12's headers.
@@ -30,6 +30,15 @@ struct Setup {
   std::vector<XrReferenceSpaceType> spaces;
   std::vector<XrEnvironmentBlendMode> blend_modes;
   uint32_t view_width = 64, view_height = 48;
+  /// Offers XR_VIEW_CONFIGURATION_TYPE_PRIMARY_QUAD_VARJO to those who enable its extension: a
+  /// second pair of views, of this size, in the middle of the first.
+  bool quad_views = false;
+  uint32_t focus_width = 80, focus_height = 72;
+  /// That pair can follow the gaze: then it has this size, and its middle is at this angle to the
+  /// right, radians, while the gaze is seen.
+  bool foveation = false, gaze_seen = true;
+  uint32_t gaze_width = 56, gaze_height = 40;
+  float gaze = 0.1F;
   double rate_hz = 90.0;
   /// Of the display, that programs may choose from (XR_FB_display_refresh_rate).
   std::vector<float> rates_hz = {72.0F, 90.0F, 120.0F};
@@ -79,7 +88,7 @@ struct Ended {
   bool depth = false;
   XrCompositionLayerFlags flags = 0;
   XrReferenceSpaceType space{};
-  XrPosef eyes[2]{};
+  XrPosef eyes[4]{};
 };
 
 /// A quad layer of a frame, with its picture if pictures are kept.
@@ -154,7 +163,7 @@ class Control {
   virtual uint64_t frames() const = 0;  ///< ended
   virtual Ended last_frame() const = 0;
   virtual std::vector<Picture> pictures()
-      const = 0;                                ///< of the last frame with layers, one per eye
+      const = 0;                                ///< of the last frame with layers, one per view
   virtual std::vector<Quad> quads() const = 0;  ///< of the last frame
   virtual std::vector<Haptic> haptics() const = 0;
   virtual int stops() const = 0;  ///< xrStopHapticFeedback calls

@@ -126,11 +126,20 @@ XrResult xr_GetSystemProperties(XrInstance handle, XrSystemId id, XrSystemProper
   std::strcpy(properties->systemName, "made headset");
   properties->graphicsProperties = {8192, 8192, 16};
   properties->trackingProperties = {XR_TRUE, XR_TRUE};
-  if (auto* hands = static_cast<XrSystemHandTrackingPropertiesEXT*>(properties->next)) {
-    if (hands->type != XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT ||
-        !call.instance->extensions.count(XR_EXT_HAND_TRACKING_EXTENSION_NAME))
+  const auto has = [&](const char* extension) {
+    return call.instance->extensions.count(extension) > 0;
+  };
+  for (auto* next = static_cast<XrBaseOutStructure*>(properties->next); next; next = next->next) {
+    if (next->type == XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT &&
+        has(XR_EXT_HAND_TRACKING_EXTENSION_NAME))
+      reinterpret_cast<XrSystemHandTrackingPropertiesEXT*>(next)->supportsHandTracking =
+          world().setup().sees_hands;
+    else if (next->type == XR_TYPE_SYSTEM_FOVEATED_RENDERING_PROPERTIES_VARJO &&
+             has(XR_VARJO_FOVEATED_RENDERING_EXTENSION_NAME))
+      reinterpret_cast<XrSystemFoveatedRenderingPropertiesVARJO*>(next)->supportsFoveatedRendering =
+          world().follows_gaze();
+    else
       return world().violation("xrGetSystemProperties: chain");
-    hands->supportsHandTracking = world().setup().sees_hands;
   }
   return XR_SUCCESS;
 }
@@ -139,8 +148,8 @@ XrResult xr_EnumerateViewConfigurations(XrInstance handle, XrSystemId id, uint32
                                         uint32_t* count, XrViewConfigurationType* types) {
   const Call call("xrEnumerateViewConfigurations", handle);
   if (const auto bad = bad_system("xrEnumerateViewConfigurations", call, id)) return *bad;
-  const std::vector<XrViewConfigurationType> all{XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO};
-  return enumerate(all, capacity, count, types, [](auto from, auto& to) { to = from; });
+  return enumerate(world().view_types(), capacity, count, types,
+                   [](auto from, auto& to) { to = from; });
 }
 
 XrResult xr_GetViewConfigurationProperties(XrInstance handle, XrSystemId id,
@@ -158,7 +167,8 @@ XrResult xr_EnumerateViewConfigurationViews(XrInstance handle, XrSystemId id,
                                             uint32_t* count, XrViewConfigurationView* views) {
   const Call call("xrEnumerateViewConfigurationViews", handle);
   if (const auto bad = bad_system("xrEnumerateViewConfigurationViews", call, id)) return *bad;
-  if (type != XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO)
+  const std::vector<XrViewConfigurationType> offered = world().view_types();
+  if (std::find(offered.begin(), offered.end(), type) == offered.end())
     return XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED;
   const Setup& setup = world().setup();
   XrViewConfigurationView view{XR_TYPE_VIEW_CONFIGURATION_VIEW};
@@ -166,11 +176,25 @@ XrResult xr_EnumerateViewConfigurationViews(XrInstance handle, XrSystemId id,
   view.recommendedImageRectHeight = setup.view_height;
   view.maxImageRectWidth = view.maxImageRectHeight = 4096;
   view.recommendedSwapchainSampleCount = view.maxSwapchainSampleCount = 1;
-  const std::vector<XrViewConfigurationView> both{view, view};
+  std::vector<XrViewConfigurationView> all{view, view};
+  if (type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_QUAD_VARJO) {
+    const auto* chained =
+        capacity > 2 ? static_cast<const XrFoveatedViewConfigurationViewVARJO*>(views[2].next)
+                     : nullptr;
+    if (chained && (chained->type != XR_TYPE_FOVEATED_VIEW_CONFIGURATION_VIEW_VARJO ||
+                    !world().follows_gaze()))
+      return world().violation("xrEnumerateViewConfigurationViews: chain");
+    const bool gaze = chained && chained->foveatedRenderingActive == XR_TRUE;
+    view.recommendedImageRectWidth = gaze ? setup.gaze_width : setup.focus_width;
+    view.recommendedImageRectHeight = gaze ? setup.gaze_height : setup.focus_height;
+    all.insert(all.end(), {view, view});
+  }
   bool typed = true;
-  const XrResult result = enumerate(both, capacity, count, views, [&](const auto& from, auto& to) {
+  const XrResult result = enumerate(all, capacity, count, views, [&](const auto& from, auto& to) {
     typed = typed && to.type == XR_TYPE_VIEW_CONFIGURATION_VIEW;
+    void* const next = to.next;
     to = from;
+    to.next = next;
   });
   return typed ? result : world().violation("xrEnumerateViewConfigurationViews: type");
 }

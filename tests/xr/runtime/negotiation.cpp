@@ -51,7 +51,7 @@ XrResult xr_BeginFrame(XrSession handle, const XrFrameBeginInfo*);
 XrResult xr_EndFrame(XrSession handle, const XrFrameEndInfo* end);
 XrResult xr_LocateViews(XrSession handle, const XrViewLocateInfo* locate, XrViewState* state,
                         uint32_t capacity, uint32_t* count, XrView* views);
-XrResult xr_GetVisibilityMaskKHR(XrSession handle, XrViewConfigurationType, uint32_t view,
+XrResult xr_GetVisibilityMaskKHR(XrSession handle, XrViewConfigurationType views, uint32_t view,
                                  XrVisibilityMaskTypeKHR type, XrVisibilityMaskKHR* mask);
 XrResult xr_EnumerateReferenceSpaces(XrSession handle, uint32_t capacity, uint32_t* count,
                                      XrReferenceSpaceType* spaces);

@@ -114,7 +114,11 @@ void write_depths(const std::string& file, const std::vector<Picture>& pictures)
 
 /// Written as a whole or not at all, so that a waiting reader never reads a part.
 void tell(const std::string& file, World& world) {
-  const std::vector<Picture> pictures = world.pictures();
+  std::vector<Picture> pictures = world.pictures();
+  if (pictures.size() == 4) {
+    write_pictures(file + ".focus.ppm", {pictures.begin() + 2, pictures.end()});
+    pictures.resize(2);
+  }
   write_pictures(file + ".ppm", pictures);
   write_depths(file + ".depth", pictures);
   std::vector<Picture> hanging;
@@ -183,6 +187,8 @@ void obey(const std::string& line, World& world) {
     world.script_head([pose](XrTime) { return pose; });
   } else if (command == "view") {
     words >> world.setup().view_width >> world.setup().view_height;
+  } else if (command == "focus") {
+    words >> world.setup().focus_width >> world.setup().focus_height;
   } else if (command == "profile") {
     words >> world.setup().profile;
   } else if (command == "rate") {

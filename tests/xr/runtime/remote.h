@@ -21,6 +21,7 @@ class World;
 ///   path SIDE FILE                   rows of t_s x y z qx qy qz qw, t of the monotonic clock
 ///   head X Y Z
 ///   view WIDTH HEIGHT                of the next session's pictures
+///   focus WIDTH HEIGHT               of its second pair's, where there are such views
 ///   profile PATH                     which controllers the next session's hands hold
 ///   rate HZ [HZ...]                  of the display; all that programs may choose from
 ///   without EXTENSION                the next instance is not offered it
@@ -28,6 +29,7 @@ class World;
 ///   recentre X Y Z                   the stage's origin moves, and the runtime says how far
 ///   exit                             the person ends the session
 ///   tell FILE                        writes how it stands; FILE.ppm: both eyes' last picture,
+///                                    FILE.focus.ppm: that of a second pair,
 ///                                    FILE.depth: floats, one eye after the other, m
 class Remote {
  public:

@@ -12,6 +12,10 @@ XrSpace nothing() {
   return XR_NULL_HANDLE;
 }
 
+uint32_t view_count(XrViewConfigurationType views) {
+  return views == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_QUAD_VARJO ? 4 : 2;
+}
+
 /// The error in the part of a swapchain that a layer shows; empty if there is none.
 std::string check_part(Session& session, const XrSwapchainSubImage& part, bool depth) {
   World& w = world();
@@ -71,11 +75,12 @@ XrResult take_layer(Session& session, const XrCompositionLayerProjection& layer)
   const auto* space = w.find<Space>(Kind::kSpace, id_of(layer.space));
   if (!space || space->parent != session.id)
     return w.violation("xrEndFrame: space", XR_ERROR_HANDLE_INVALID);
-  if (layer.viewCount != 2) return w.violation("xrEndFrame: views", XR_ERROR_LAYER_INVALID);
+  if (layer.viewCount != view_count(session.views))
+    return w.violation("xrEndFrame: views", XR_ERROR_LAYER_INVALID);
   w.ended.flags = layer.layerFlags;
   w.ended.space = space->type;
-  std::vector<Picture> pictures(2);
-  for (uint32_t i = 0; i < 2; ++i) {
+  std::vector<Picture> pictures(layer.viewCount);
+  for (uint32_t i = 0; i < layer.viewCount; ++i) {
     const XrCompositionLayerProjectionView& view = layer.views[i];
     if (view.type != XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW)
       return w.violation("xrEndFrame: view type");
@@ -176,7 +181,9 @@ XrResult xr_BeginSession(XrSession handle, const XrSessionBeginInfo* begin) {
   if (session.running) return w.violation("xrBeginSession: runs", XR_ERROR_SESSION_RUNNING);
   if (session.state != XR_SESSION_STATE_READY)
     return w.violation("xrBeginSession: not ready", XR_ERROR_SESSION_NOT_READY);
-  if (begin->primaryViewConfigurationType != XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO)
+  const std::vector<XrViewConfigurationType> offered = w.view_types();
+  session.views = begin->primaryViewConfigurationType;
+  if (std::find(offered.begin(), offered.end(), session.views) == offered.end())
     return w.violation("xrBeginSession: views", XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED);
   session.running = session.ever_begun = true;
   session.exit_asked = session.begun = false;
@@ -344,26 +351,37 @@ XrResult xr_LocateViews(XrSession handle, const XrViewLocateInfo* locate, XrView
   if (!space || locate->space == nothing())
     return w.violation("xrLocateViews: space", XR_ERROR_HANDLE_INVALID);
   if (locate->displayTime <= 0) return w.violation("xrLocateViews", XR_ERROR_TIME_INVALID);
+  if (locate->viewConfigurationType != call.session->views)
+    return w.violation("xrLocateViews: views", XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED);
   const XrPosef room_from_space =
       compose(w.room_from(space->type, locate->displayTime), space->offset);
   const XrPosef space_from_head = compose(inverted(room_from_space), w.head(locate->displayTime));
-  std::vector<XrView> both(2, {XR_TYPE_VIEW});
-  for (int eye = 0; eye < 2; ++eye) {
+  const auto* chained = static_cast<const XrViewLocateFoveatedRenderingVARJO*>(locate->next);
+  if (chained &&
+      (chained->type != XR_TYPE_VIEW_LOCATE_FOVEATED_RENDERING_VARJO || !w.follows_gaze()))
+    return w.violation("xrLocateViews: chain");
+  const float gaze = chained && chained->foveatedRenderingActive == XR_TRUE ? w.setup().gaze : 0.0F;
+  std::vector<XrView> all(view_count(locate->viewConfigurationType), {XR_TYPE_VIEW});
+  for (size_t view = 0; view < all.size(); ++view) {
+    const bool right = view % 2 == 1, is_focus = view >= 2;
     XrPosef side = identity();
-    side.position.x = eye ? 0.0315F : -0.0315F;
-    both[size_t(eye)].pose = compose(space_from_head, side);
-    const float in = 0.7F, out = 0.9F;
-    both[size_t(eye)].fov = {eye ? -in : -out, eye ? out : in, 0.8F, -0.8F};
+    side.position.x = right ? 0.0315F : -0.0315F;
+    all[view].pose = compose(space_from_head, side);
+    const float in = is_focus ? 0.35F : 0.7F, out = is_focus ? 0.25F : 0.9F;
+    const float up = is_focus ? 0.2F : 0.8F, down = is_focus ? 0.3F : 0.8F;
+    const float aside = is_focus ? gaze : 0.0F;
+    all[view].fov = {(right ? -in : -out) + aside, (right ? out : in) + aside, up, -down};
   }
   state->viewStateFlags = w.setup().tracked ? 0xF : 0;
-  return enumerate(both, capacity, count, views, [](const auto& from, auto& to) { to = from; });
+  return enumerate(all, capacity, count, views, [](const auto& from, auto& to) { to = from; });
 }
 
-XrResult xr_GetVisibilityMaskKHR(XrSession handle, XrViewConfigurationType, uint32_t view,
+XrResult xr_GetVisibilityMaskKHR(XrSession handle, XrViewConfigurationType views, uint32_t view,
                                  XrVisibilityMaskTypeKHR type, XrVisibilityMaskKHR* mask) {
   const Call call("xrGetVisibilityMaskKHR", handle);
   if (call.answered()) return call.answer();
-  if (view > 1) return world().violation("xrGetVisibilityMaskKHR", XR_ERROR_VALIDATION_FAILURE);
+  if (view >= view_count(views))
+    return world().violation("xrGetVisibilityMaskKHR", XR_ERROR_VALIDATION_FAILURE);
   std::vector<XrVector2f> vertices;
   std::vector<uint32_t> indices;
   if (type == XR_VISIBILITY_MASK_TYPE_HIDDEN_TRIANGLE_MESH_KHR) {

@@ -18,6 +18,8 @@ std::optional<XrPosef> place(const Space& space, XrTime time, XrSpaceLocationFla
   World& w = world();
   if (space.reference) {
     if (!w.setup().tracked && space.type == XR_REFERENCE_SPACE_TYPE_VIEW) return std::nullopt;
+    if (space.type == XR_REFERENCE_SPACE_TYPE_COMBINED_EYE_VARJO && !w.setup().gaze_seen)
+      return std::nullopt;
     return compose(w.room_from(space.type, time), space.offset);
   }
   if (space.hand < 0) return std::nullopt;
@@ -41,9 +43,8 @@ XrResult xr_EnumerateReferenceSpaces(XrSession handle, uint32_t capacity, uint32
                                      XrReferenceSpaceType* spaces) {
   const Call call("xrEnumerateReferenceSpaces", handle);
   if (call.answered()) return call.answer();
-  std::vector<XrReferenceSpaceType> offered = world().setup().spaces;
-  if (!world().offers_floor()) std::erase(offered, kLocalFloor);
-  return enumerate(offered, capacity, count, spaces, [](auto from, auto& to) { to = from; });
+  return enumerate(world().spaces(), capacity, count, spaces,
+                   [](auto from, auto& to) { to = from; });
 }
 
 XrResult xr_CreateReferenceSpace(XrSession handle, const XrReferenceSpaceCreateInfo* create,
@@ -51,9 +52,8 @@ XrResult xr_CreateReferenceSpace(XrSession handle, const XrReferenceSpaceCreateI
   const Call call("xrCreateReferenceSpace", handle);
   if (call.answered()) return call.answer();
   World& w = world();
-  const auto& offered = w.setup().spaces;
-  if (std::find(offered.begin(), offered.end(), create->referenceSpaceType) == offered.end() ||
-      (create->referenceSpaceType == kLocalFloor && !w.offers_floor()))
+  const std::vector<XrReferenceSpaceType> offered = w.spaces();
+  if (std::find(offered.begin(), offered.end(), create->referenceSpaceType) == offered.end())
     return w.violation("xrCreateReferenceSpace", XR_ERROR_REFERENCE_SPACE_UNSUPPORTED);
   if (!unit(create->poseInReferenceSpace.orientation))
     return w.violation("xrCreateReferenceSpace: pose", XR_ERROR_POSE_INVALID);

@@ -29,15 +29,19 @@ Setup defaults() {
                       XR_EXT_HAND_TRACKING_EXTENSION_NAME,
                       "XR_EXT_local_floor",
                       "XR_EXT_hand_interaction",
-                      XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME};
+                      XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME,
+                      XR_VARJO_QUAD_VIEWS_EXTENSION_NAME,
+                      XR_VARJO_FOVEATED_RENDERING_EXTENSION_NAME};
   setup.formats = {VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_R8G8B8A8_UNORM,
                    VK_FORMAT_D32_SFLOAT};
   setup.spaces = {XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL,
-                  XR_REFERENCE_SPACE_TYPE_STAGE, kLocalFloor};
+                  XR_REFERENCE_SPACE_TYPE_STAGE, kLocalFloor,
+                  XR_REFERENCE_SPACE_TYPE_COMBINED_EYE_VARJO};
   setup.blend_modes = {XR_ENVIRONMENT_BLEND_MODE_OPAQUE, XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND};
   // For programs that do not use Control.
   if (const char* frames = std::getenv("PALPATE_FAKE_XR_FRAMES"))
     setup.end_after_frames = uint64_t(std::atoll(frames));
+  setup.quad_views = std::getenv("PALPATE_FAKE_XR_QUAD_VIEWS") != nullptr;
   return setup;
 }
 
@@ -241,17 +245,30 @@ void World::recentre(XrReferenceSpaceType space, XrTime at, const XrPosef& pose,
   // This change is relative to the newest of those that are valid at that time.
   changes.push_back({space, at, compose(room_from(space, at), pose)});
   tell(space, pose, say_pose);
-  if (!offers_floor()) return;
+  const std::vector<XrReferenceSpaceType> offered = spaces();
+  if (std::find(offered.begin(), offered.end(), kLocalFloor) == offered.end()) return;
   // The floor lies below LOCAL. How far it moves is hidden only with LOCAL: of the stage it has the
   // height alone.
   tell(kLocalFloor, compose(inverted(floor_before), room_from(kLocalFloor, at)),
        say_pose || space == XR_REFERENCE_SPACE_TYPE_STAGE);
 }
 
-bool World::offers_floor() const {
-  const auto& spaces = settings.spaces;
-  return std::find(spaces.begin(), spaces.end(), kLocalFloor) != spaces.end() &&
-         enabled("XR_EXT_local_floor");
+std::vector<XrViewConfigurationType> World::view_types() const {
+  if (settings.quad_views && enabled(XR_VARJO_QUAD_VIEWS_EXTENSION_NAME))
+    return {XR_VIEW_CONFIGURATION_TYPE_PRIMARY_QUAD_VARJO,
+            XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO};
+  return {XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO};
+}
+
+bool World::follows_gaze() const {
+  return settings.foveation && enabled(XR_VARJO_FOVEATED_RENDERING_EXTENSION_NAME);
+}
+
+std::vector<XrReferenceSpaceType> World::spaces() const {
+  std::vector<XrReferenceSpaceType> offered = settings.spaces;
+  if (!enabled("XR_EXT_local_floor")) std::erase(offered, kLocalFloor);
+  if (!follows_gaze()) std::erase(offered, XR_REFERENCE_SPACE_TYPE_COMBINED_EYE_VARJO);
+  return offered;
 }
 
 std::string World::profile_of(int side) const {
@@ -270,7 +287,8 @@ bool World::enabled(const std::string& extension) const {
 }
 
 XrPosef World::room_from(XrReferenceSpaceType space, XrTime at) const {
-  if (space == XR_REFERENCE_SPACE_TYPE_VIEW) return head(at);
+  if (space == XR_REFERENCE_SPACE_TYPE_VIEW || space == XR_REFERENCE_SPACE_TYPE_COMBINED_EYE_VARJO)
+    return head(at);
   if (space == kLocalFloor) {
     XrPosef floor = room_from(XR_REFERENCE_SPACE_TYPE_LOCAL, at);
     floor.position.y = room_from(XR_REFERENCE_SPACE_TYPE_STAGE, at).position.y;

@@ -55,8 +55,9 @@ struct Session : Object {
   int64_t overlay = -1;
   XrSessionState state = XR_SESSION_STATE_UNKNOWN;
   bool running = false, lost = false, exit_asked = false, ever_begun = false;
-  int waited = 0;      ///< waits not yet begun
-  bool begun = false;  ///< a frame is open
+  XrViewConfigurationType views{};  ///< of the last xrBeginSession
+  int waited = 0;                   ///< waits not yet begun
+  bool begun = false;               ///< a frame is open
   XrTime open_time = 0, waited_time = 0;
   uint64_t frames = 0, frames_this_run = 0;
   std::vector<uint64_t> attached;
@@ -159,8 +160,12 @@ class World : public Control {
   void next_frame();
   /// As from a menu of the runtime's own.
   void exit_by_person();
-  /// Whether there is a LOCAL_FLOOR: only where its extension is enabled.
-  bool offers_floor() const;
+  /// Those of the setup whose extension, if they need one, is enabled.
+  std::vector<XrReferenceSpaceType> spaces() const;
+  /// Whether the second pair of views can.
+  bool follows_gaze() const;
+  /// Preferred ones first: four views only where their extension is enabled.
+  std::vector<XrViewConfigurationType> view_types() const;
   /// Whether an instance has enabled this extension.
   bool enabled(const std::string& extension) const;
   /// The interaction profile of a hand now: that of its controller; without one, while the headset
