@@ -77,14 +77,8 @@ Outcome<System> System::find(const Instance& instance) {
   if (!asked) return asked.error();
 
   XrSystemHandTrackingPropertiesEXT hands{XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT};
-  XrSystemFoveatedRenderingPropertiesVARJO foveation{
-      XR_TYPE_SYSTEM_FOVEATED_RENDERING_PROPERTIES_VARJO};
   XrSystemProperties properties{XR_TYPE_SYSTEM_PROPERTIES};
   if (instance.has_hand_tracking()) properties.next = &hands;
-  if (instance.has_foveation()) {
-    foveation.next = properties.next;
-    properties.next = &foveation;
-  }
   asked = done("xrGetSystemProperties",
                xrGetSystemProperties(instance.handle(), system.id, &properties));
   if (!asked) return asked.error();
@@ -92,6 +86,16 @@ Outcome<System> System::find(const Instance& instance) {
   system.hand_tracking = hands.supportsHandTracking == XR_TRUE;
   system.max_width = properties.graphicsProperties.maxSwapchainImageWidth;
   system.max_height = properties.graphicsProperties.maxSwapchainImageHeight;
+
+  // Asked for apart: the validation layer of OpenXR 1.0.20 takes no two structures in a chain.
+  XrSystemFoveatedRenderingPropertiesVARJO foveation{
+      XR_TYPE_SYSTEM_FOVEATED_RENDERING_PROPERTIES_VARJO};
+  if (instance.has_foveation()) {
+    properties = {XR_TYPE_SYSTEM_PROPERTIES, &foveation};
+    asked = done("xrGetSystemProperties",
+                 xrGetSystemProperties(instance.handle(), system.id, &properties));
+    if (!asked) return asked.error();
+  }
 
   asked = find_view_type(instance, system);
   const bool follows_gaze = foveation.supportsFoveatedRendering == XR_TRUE &&
