@@ -55,7 +55,8 @@ struct TickInput {
 /// logs. Plain data.
 struct TickOutput {
   DeviceCommand command;     ///< device space, behind every guard
-  glm::dvec3 wanted_n{0.0};  ///< world: the spring's force, before the guards
+  /// World: the spring's force with the bridges over its sudden changes, before the guards.
+  glm::dvec3 wanted_n{0.0};
   glm::dvec3 probe_m{0.0};   ///< world
   glm::dvec3 proxy_m{0.0};   ///< world
   Cause cause = Cause::kNone;

@@ -65,7 +65,10 @@ Darts darted_by(const SceneSpec& spec, const std::shared_ptr<const MovingVolume>
     darts.contact += glm::length(out.wanted_n) > 0.0;
     radius = shell_radius_m(out.first, kThinFrames);
     centre = volume_of(*hand).world(glm::dvec3(0.0));
-    const bool strong = glm::length(out.wanted_n) >= kDartStrength_n;
+    // The spring presses on the wall, not the force that is wanted on the hand: a bridge over a
+    // sudden change may hold that back for a while.
+    const double spring_n = spec.stiffness_n_per_m * glm::length(out.probe_m - out.proxy_m);
+    const bool strong = spring_n >= kDartStrength_n;
     const double behind = radius - glm::length(volume_of(*hand).volume(out.proxy_m));
     const bool through = !strong && behind > 0.5 * kThin_m;
     if (!strong) darts.deepest_m = std::max(darts.deepest_m, behind);
