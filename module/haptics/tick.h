@@ -54,11 +54,11 @@ struct TickInput {
 /// The result of a haptic frame: the command for the device, and what happened, for viewers and
 /// logs. Plain data.
 struct TickOutput {
-  DeviceCommand command;     ///< device space, behind every guard
+  DeviceCommand command;  ///< device space, behind every guard
   /// World: the spring's force with the bridges over its sudden changes, before the guards.
   glm::dvec3 wanted_n{0.0};
-  glm::dvec3 probe_m{0.0};   ///< world
-  glm::dvec3 proxy_m{0.0};   ///< world
+  glm::dvec3 probe_m{0.0};  ///< world
+  glm::dvec3 proxy_m{0.0};  ///< world
   Cause cause = Cause::kNone;
   DeviceFault fault = DeviceFault::kNone;
   uint8_t substeps = 0;      ///< pieces into which the proxy's path was cut
