@@ -9,6 +9,8 @@ import signal
 import statistics
 from pathlib import Path
 
+# Columns of the page after the verdict, which narrow windows show as lines.
+COLUMNS = ("frames", "motion, mean / most, mm", "local correlation", "motion left, voxels", "voxels that fold", "least determinant", "seconds")
 NUMBERS = ("model", "frames", "size", "spacing_mm", "motion_mean_mm", "motion_max_mm", "folded_voxels", "least_determinant",
            "correlation_before", "correlation_after", "motion_left_voxels", "solve_seconds", "seconds", "attempt", "host", "device")
 WORST_FIRST = ("lost", "unusable", "failed", "left", "suspect", "ok")
@@ -20,9 +22,10 @@ STYLE = """
 body { font: 15px/1.45 Inter, system-ui, sans-serif; margin: 2rem auto; max-width: 72rem; padding: 0 1rem; color: #1b2230; background: #fff }
 h1 { font-size: 1.5rem } table { border-collapse: collapse; width: 100% } th, td { text-align: right; padding: .35rem .6rem; border-bottom: 1px solid #dfe3ea; vertical-align: top }
 th:first-child, td:first-child, .text { text-align: left } th { hyphens: auto } td { overflow-wrap: anywhere } td.text { min-width: 9rem }
-.table { overflow-x: auto } img { width: 11rem; max-width: 100%; border-radius: 4px } .state { font-weight: 600 }
+.table { overflow-x: auto } td a { overflow-wrap: anywhere } img { width: 11rem; max-width: 100%; border-radius: 4px } .state { font-weight: 600 }
 .ok { color: #1a7f4b } .suspect, .left { color: #9a6700 } .failed, .unusable, .lost { color: #b3261e } .quiet { color: #667085 }
-@media (prefers-color-scheme: dark) { body { background: #14181f; color: #e4e8ef } th, td { border-color: #2c3440 } .ok { color: #55c98b } .suspect, .left { color: #e0b04c } .failed, .unusable, .lost { color: #ff8a80 } .quiet { color: #98a2b3 } a { color: #8ab4f8 } }
+@media (max-width: 44rem) { body { margin: 1rem auto } thead { display: none } table, tbody, tr, td { display: block } tr { border-bottom: 1px solid #dfe3ea; padding: .6rem 0 } td, td.text { border: 0; padding: .1rem 0; text-align: left; min-width: 0 } td[data-of]::before { content: attr(data-of) ": "; color: #667085 } td br { display: none } td:first-child br, td.text br { display: inline } td .quiet::before { content: " " } }
+@media (prefers-color-scheme: dark) { body { background: #14181f; color: #e4e8ef } th, td { border-color: #2c3440 } .ok { color: #55c98b } .suspect, .left { color: #e0b04c } .failed, .unusable, .lost { color: #ff8a80 } .quiet, td[data-of]::before { color: #98a2b3 } tr { border-color: #2c3440 } a { color: #8ab4f8 } }
 """
 
 
@@ -47,11 +50,11 @@ def row(one: dict) -> str:
     reasons = "<br>".join(html.escape(r) for r in one.get("reasons", []))
     motion = f"{text(one.get('motion_mean_mm'))} / {text(one.get('motion_max_mm'), 1)}"
     match = f"{text(one.get('correlation_before'), 3)} &rarr; {text(one.get('correlation_after'), 3)}"
+    numbers = (f'{text(one.get("frames"))}<br><span class="quiet">{text(one.get("size"))}</span>', motion, match, text(one.get("motion_left_voxels")),
+               text(one.get("folded_voxels")), text(one.get("least_determinant")), text(one.get("seconds"), 1))
+    cells = "".join(f'<td data-of="{column}">{number}</td>' for column, number in zip(COLUMNS, numbers))
     return (f'<tr><td><b>{name}</b><br>{scrolled}{log}{picture}</td>'
-            f'<td class="text"><span class="state {one["state"]}">{one["state"]}</span><br>{reasons}</td>'
-            f'<td>{text(one.get("frames"))}<br><span class="quiet">{text(one.get("size"))}</span></td><td>{motion}</td><td>{match}</td>'
-            f'<td>{text(one.get("motion_left_voxels"))}</td><td>{text(one.get("folded_voxels"))}</td>'
-            f'<td>{text(one.get("least_determinant"))}</td><td>{text(one.get("seconds"), 1)}</td></tr>')
+            f'<td class="text"><span class="state {one["state"]}">{one["state"]}</span><br>{reasons}</td>{cells}</tr>')
 
 
 def page(all_of: list[dict]) -> str:
@@ -62,12 +65,13 @@ def page(all_of: list[dict]) -> str:
     spent = (f"<p>A sequence took {statistics.median(times):.1f} s in the median, {max(times):.1f} s at most; "
              f"{sum(times) / 3600:.2f} hours of work in all.</p>" if times else "")
     rows = "".join(row(one) for one in sorted(all_of, key=lambda one: (WORST_FIRST.index(one["state"]), one["name"])))
-    return (f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Cohort</title><style>{STYLE}</style></head><body>'
+    heads = "".join(f"<th>{column}</th>" for column in COLUMNS)
+    return (f'<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
+            f'<title>Cohort</title><style>{STYLE}</style></head><body>'
             f"<h1>Motion of {len(all_of)} sequences</h1><ul>{''.join(said)}</ul>{spent}"
             "<p>The worst come first. Of a sequence each number is that of its worst frame. The same numbers are in "
-            '<a href="cohort.csv">cohort.csv</a>.</p><div class="table"><table><thead><tr><th>sequence</th><th class="text">verdict</th><th>frames</th>'
-            "<th>motion, mean / most, mm</th><th>local correlation</th><th>motion left, voxels</th><th>voxels that fold</th>"
-            f"<th>least determinant</th><th>seconds</th></tr></thead><tbody>{rows}</tbody></table></div></body></html>\n")
+            '<a href="cohort.csv">cohort.csv</a>.</p><div class="table"><table><thead><tr><th>sequence</th><th class="text">verdict</th>'
+            f"{heads}</tr></thead><tbody>{rows}</tbody></table></div></body></html>\n")
 
 
 def attempts_of(folder: Path) -> list[dict]:

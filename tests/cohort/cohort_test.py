@@ -412,6 +412,42 @@ def has_a_page_and_completions(folder: Path) -> None:
         subprocess.run(["zsh", "-n", str(folder / "zsh/_palpate-cohort")], check=True)
 
 
+def has_a_page_that_fits_a_phone(folder: Path) -> None:
+    """The table's page in chromium: nothing is cut off or beside the window, and a narrow one names each number."""
+    if not shutil.which("chromium"):
+        return
+    sys.path.insert(0, str(Path(COHORT).parent))
+    import cohort_report
+    numbers = {"frames": 20, "size": "512 x 512 x 400", "motion_mean_mm": 3.14, "motion_max_mm": 21.7, "correlation_before": 0.412,
+               "correlation_after": 0.871, "motion_left_voxels": 0.31, "folded_voxels": 0, "least_determinant": 0.21, "seconds": 1234.5}
+    name = "patient-0001-without-any-blank-in-a-very-long-name-of-a-scanner"
+    (folder / name).mkdir()
+    head = (900).to_bytes(4, "big") + (300).to_bytes(4, "big") + b"\x08\x00\x00\x00\x00"
+    parts = ((b"IHDR", head), (b"IDAT", zlib.compress(bytes(301 * 900))), (b"IEND", b""))
+    (folder / name / "picture.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(
+        len(what).to_bytes(4, "big") + kind + what + zlib.crc32(kind + what).to_bytes(4, "big") for kind, what in parts))
+    rows = [{"name": name, "state": "suspect", "picture": True, "page": True,
+             "reasons": ["12 % of the structure has a low confidence: a person should look at the fields."], **numbers},
+            {"name": "lost", "state": "lost", "reasons": ["Attempt 1 on node-17: killed, or its machine failed."]}]
+    (folder / "page.html").write_text(cohort_report.page(rows).replace("</body>", """<script>addEventListener("load", () => {
+      const cell = document.querySelector("td[data-of]"), seen = getComputedStyle(cell, "::before").content;
+      const wide = [...document.querySelectorAll("td, th, img, li, p, h1")].filter((e) => e.getBoundingClientRect().right > innerWidth + 0.5).length;
+      parent.postMessage([document.documentElement.scrollWidth - innerWidth, wide, seen].join(" | "), "*"); })</script></body>"""))
+    for width, named in ((400, True), (1280, False)):
+        (folder / "around.html").write_text('<!doctype html><html><body style="margin:0"><script>addEventListener("message", (m) => { '
+                                            'document.getElementById("said").textContent = m.data; });</script>'
+                                            f'<iframe src="page.html" style="border:0;width:{width}px;height:900px"></iframe>'
+                                            '<p id="said"></p></body></html>')
+        seen = subprocess.run(["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--virtual-time-budget=5000",
+                               f"--user-data-dir={folder / 'profile'}", "--window-size=1400,1000", "--dump-dom", f"file://{folder / 'around.html'}"],
+                              capture_output=True, text=True, check=True).stdout
+        said = re.search(r'<p id="said">([^<]*)</p>', seen)
+        check(said is not None and said[1].count(" | ") == 2, f"chromium printed {seen!r}")
+        overflow, wide, label = said[1].split(" | ")
+        check(float(overflow) <= 0 and int(wide) == 0, f"at {width} pixels: {said[1]}")
+        check(("frames" in label) == named, f"at {width} pixels: {said[1]}")
+
+
 # --- on Slurm ---
 
 
@@ -645,7 +681,7 @@ def a_node_is_killed_in_the_middle(folder: Path) -> None:
     check(fields(folder / "local") == fields(folder / "cluster"), "the same fields, bit by bit")
 
 
-TESTS = {"package": (is_in_a_package, has_a_page_and_completions),
+TESTS = {"package": (is_in_a_package, has_a_page_and_completions, has_a_page_that_fits_a_phone),
          "local": (says_what_is_wrong_with_a_table, goes_on_where_it_stopped_and_repeats_nothing, what_a_machine_loses_is_begun_again,
                    a_job_that_is_killed_as_a_whole_is_in_the_table, a_signal_ends_all_of_it, only_one_works_in_a_folder,
                    runs_on_what_else_snakemake_drives, says_what_there_is_to_do_and_does_nothing, says_which_paths_it_can_not_have,
