@@ -354,12 +354,12 @@ def says_what_there_is_to_do_and_does_nothing(folder: Path) -> None:
     make_pairs(folder, 2, 32)
     before = sorted(folder.iterdir())
     done = run(folder, "out", "--dry-run")
-    check(done.returncode == 0 and re.search(r"^sequence +2 ", done.stdout, re.M), f"{done.returncode} {done.stdout} {done.stderr}")
+    check(done.returncode == 0 and re.search(r"^sequence +2\b", done.stdout, re.M), f"{done.returncode} {done.stdout} {done.stderr}")
     check(sorted(folder.iterdir()) in (before, sorted([*before, folder / "work flow"])), "no folder is made")
     (folder / "moving_01.mha").write_bytes(b"this is no image at all")
     check(run(folder, "out", "--no-pictures").returncode == 4, "one can not be used")
     before = {path: path.stat().st_mtime_ns for path in (folder / "out").rglob("*") if ".snakemake" not in path.parts and path.is_file()}
-    for options, words in (((), "Nothing to be done"), (("--retry",), r"^sequence +1 ")):
+    for options, words in (((), "Nothing to be done"), (("--retry",), r"^sequence +1\b")):
         done = run(folder, "out", "--no-pictures", "--dry-run", *options)
         check(done.returncode == 0 and re.search(words, done.stdout + done.stderr, re.M), f"{options}: {done.returncode} {done.stdout} {done.stderr}")
     after = {path: path.stat().st_mtime_ns for path in (folder / "out").rglob("*") if ".snakemake" not in path.parts and path.is_file()}
