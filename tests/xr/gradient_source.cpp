@@ -24,6 +24,9 @@ Result<xr::Drawn> GradientSource::record(const xr::HeadsetFrame& frame, VkComman
   last = frame;
   hands = *frame.hands;
   hidden = frame.eyes[0].hidden->vertices;
+  hidden_triangles.clear();
+  for (const xr::EyeView& eye : frame.eyes)
+    hidden_triangles.push_back(eye.hidden->triangles.size());
   if (on_frame) on_frame(frame);
   if (fails_once) return *std::exchange(fails_once, {});
   xr::Drawn drawn;

@@ -35,7 +35,8 @@ class GradientSource : public xr::PictureSource {
   int uses = 0, drops = 0, frames = 0;
   std::optional<xr::HeadsetFrame> last;  ///< pointers in it are no longer valid
   xr::Hands hands;
-  std::vector<glm::vec2> hidden;
+  std::vector<glm::vec2> hidden;         ///< of the first view
+  std::vector<size_t> hidden_triangles;  ///< indices of each view
 
  private:
   std::shared_ptr<vulkan::Context> context_;

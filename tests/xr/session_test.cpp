@@ -292,16 +292,12 @@ TEST_F(SessionLife, ShowsTheSecondPairOfViewsOfAHeadsetThatHasOne) {
   runtime().setup().keep_pictures = true;
   // The runtime's formats begin with one that has blue first.
   runtime().setup().formats = {VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_D32_SFLOAT};
-  std::vector<size_t> hidden;
-  source.on_frame = [&](const xr::HeadsetFrame& frame) {
-    hidden.clear();
-    for (const xr::EyeView& eye : frame.eyes) hidden.push_back(eye.hidden->triangles.size());
-  };
   headset();
   step_until(HeadsetState::kFocused);
   step();
   ASSERT_EQ(source.last->eyes.size(), 4u);
-  EXPECT_EQ(hidden, std::vector<size_t>(4, 6)) << "two triangles of each view are hidden";
+  EXPECT_EQ(source.hidden_triangles, std::vector<size_t>(4, 6))
+      << "two triangles of each view are hidden";
   EXPECT_TRUE(runtime().last_frame().depth);
   const std::vector<fake::Picture> pictures = runtime().pictures();
   ASSERT_EQ(pictures.size(), 4u);
@@ -328,11 +324,6 @@ TEST_F(SessionLife, LetsTheSecondPairOfViewsFollowTheGazeWhileItIsSeen) {
   runtime().setup().quad_views = true;
   runtime().setup().foveation = true;
   runtime().setup().keep_pictures = true;
-  std::vector<size_t> hidden;
-  source.on_frame = [&](const xr::HeadsetFrame& frame) {
-    hidden.clear();
-    for (const xr::EyeView& eye : frame.eyes) hidden.push_back(eye.hidden->triangles.size());
-  };
   headset();
   step_until(HeadsetState::kFocused);
   for (const bool seen : {true, false, true}) {
@@ -344,7 +335,7 @@ TEST_F(SessionLife, LetsTheSecondPairOfViewsFollowTheGazeWhileItIsSeen) {
     EXPECT_NEAR(source.last->eyes[3].fov.left, seen ? -0.25 : -0.35, 1e-6);
     // What the optics hide is known of views in a fixed place only.
     const size_t of_focus = seen ? 0 : 6;
-    EXPECT_EQ(hidden, (std::vector<size_t>{6, 6, of_focus, of_focus}));
+    EXPECT_EQ(source.hidden_triangles, (std::vector<size_t>{6, 6, of_focus, of_focus}));
     const std::vector<fake::Picture> pictures = runtime().pictures();
     ASSERT_EQ(pictures.size(), 4u);
     EXPECT_EQ(pictures[0].width, 64u);

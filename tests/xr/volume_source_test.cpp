@@ -15,7 +15,19 @@
 namespace palpate::test {
 namespace {
 
-class VolumeSourceTest : public XrTest {};
+class VolumeSourceTest : public XrTest {
+ protected:
+  /// Steps until the condition holds, but not for ever: what draws is made beside the frames.
+  template <class Condition>
+  bool stepped_until(xr::Headset& headset, const Condition& holds) {
+    for (int k = 0; k < 60'000 && !holds(); ++k) {
+      now_ns_ += 11'111'111;
+      headset.step(now_ns_);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return holds();
+  }
+};
 
 std::shared_ptr<const MovingVolume> small_heart() {
   VolumeSpec spec;
@@ -138,12 +150,8 @@ TEST_F(VolumeSourceTest, DrawsEachViewOfTwoPairsAsThatViewAlone) {
       options.validation = true;
       xr::Headset headset(options, drawing);
       const int full = int(std::max(sizes.wide.width, sizes.focus.width));
-      for (int k = 0; k < 60'000 && drawing.size().width < full; ++k) {
-        now_ns_ += 11'111'111;
-        headset.step(now_ns_);
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      }
-      ASSERT_EQ(drawing.size().width, full) << drawing.trouble();
+      ASSERT_TRUE(stepped_until(headset, [&] { return drawing.size().width == full; }))
+          << drawing.trouble();
       const std::vector<fake::Picture> pictures = runtime().pictures();
       ASSERT_EQ(pictures.size(), 4u);
       auto renderer = VolumeRenderer::make(headset.context(), {.most = {96, 96}});
@@ -187,14 +195,7 @@ TEST_F(VolumeSourceTest, DrawsOnANewDeviceAfterItsOwnWasLost) {
   ASSERT_TRUE(heart);
   xr::VolumeSource drawing(showing(heart));
   xr::Headset headset({}, drawing);
-  const auto step_until = [&](const auto& condition) {
-    for (int k = 0; k < 60'000 && !condition(); ++k) {
-      now_ns_ += 11'111'111;
-      headset.step(now_ns_);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return condition();
-  };
+  const auto step_until = [&](const auto& condition) { return stepped_until(headset, condition); };
   for (const bool in_a_frame : {false, true}) {
     const uint64_t before = headset.report().drawn;
     if (in_a_frame) {
@@ -235,13 +236,9 @@ TEST_F(VolumeSourceTest, DrawsNothingWhereTheOpticsHideItAlsoWhenTheRuntimeChang
   const int full = int(runtime().setup().view_width);
   const auto drawn_now = [&] {
     const uint64_t before = headset.report().drawn;
-    for (int k = 0;
-         k < 60'000 && (drawing.size().width < full || headset.report().drawn < before + 2); ++k) {
-      now_ns_ += 11'111'111;
-      headset.step(now_ns_);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    EXPECT_EQ(drawing.size().width, full) << drawing.trouble();
+    EXPECT_TRUE(stepped_until(headset, [&] {
+      return drawing.size().width == full && headset.report().drawn >= before + 2;
+    })) << drawing.trouble();
     return runtime().pictures();
   };
   const auto change = [&](std::vector<XrVector2f> hidden) {
@@ -312,12 +309,8 @@ TEST_F(VolumeSourceTest, ShowsTheSameColoursInEveryFormat) {
     xr::VolumeSource drawing(show);
     xr::Headset headset(options, drawing);
     const int full = int(runtime().setup().view_width);
-    for (int k = 0; k < 60'000 && drawing.size().width < full; ++k) {
-      now_ns_ += 11'111'111;
-      headset.step(now_ns_);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    ASSERT_EQ(drawing.size().width, full) << drawing.trouble();
+    ASSERT_TRUE(stepped_until(headset, [&] { return drawing.size().width == full; }))
+        << drawing.trouble();
     const std::vector<fake::Picture> pictures = runtime().pictures();
     ASSERT_EQ(pictures.size(), 2u);
     ASSERT_EQ(pictures[0].format, stored.format);
@@ -398,12 +391,7 @@ TEST_F(VolumeSourceTest, MakesEverythingAnewOnTheDeviceOfARuntimeThatInsistsOnIt
   xr::Headset headset(options, drawing);
   const auto draw_some = [&](uint64_t more) {
     const uint64_t wanted = headset.report().drawn + more;
-    for (int k = 0; k < 60'000 && headset.report().drawn < wanted; ++k) {
-      now_ns_ += 11'111'111;
-      headset.step(now_ns_);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return headset.report().drawn >= wanted;
+    return stepped_until(headset, [&] { return headset.report().drawn >= wanted; });
   };
   ASSERT_TRUE(draw_some(2));
   const auto first = headset.context();
