@@ -8,6 +8,7 @@
 
 #include "compute/volume/parallel.h"
 #include "compute/volume/portable.h"
+#include "compute/volume/sheet_distance.h"
 
 namespace palpate {
 namespace {
@@ -310,7 +311,7 @@ Volume signed_distance(const Mask& inside) {
     out.values[i] = variance < 0.25F ? std::lerp(out.values[i], half[i], 4.0F * variance)
                                      : std::lerp(half[i], full[i], (variance - 0.25F) / 0.75F);
   }
-  return out;
+  return with_sheets(mask, std::move(out));
 }
 
 }  // namespace palpate

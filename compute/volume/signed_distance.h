@@ -19,8 +19,10 @@ Volume exact_signed_distance(const Mask& inside);
 /// without the steps of the voxels. Thick slices are first interpolated by shape (from the
 /// distances within the slices, Raya and Udupa 1990), so that the grid is nearly isotropic. Then
 /// the exact distance is smoothed by a Gaussian, less where the mask is so thin that its sides
-/// would merge. The result covers the voxels that count and a margin, with more slices if they were
-/// thick. At least one voxel must count. Uses all cores.
+/// would merge. Parts of about a voxel's thickness or less become plates of one voxel
+/// (with_sheets()). The result covers the voxels that count and a margin, with more slices if they
+/// were thick, and with twice as many samples along each axis if it has such plates. At least one
+/// voxel must count. Uses all cores.
 Volume signed_distance(const Mask& inside);
 
 }  // namespace palpate

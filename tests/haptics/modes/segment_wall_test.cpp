@@ -137,6 +137,44 @@ TEST(SegmentWall, HoldsWhatIsSaidOfItFromBothSides) {
   }
 }
 
+TEST(SegmentWall, HoldsWhereItIsThinnerThanAVoxel) {
+  // An oblique sheet through the origin: of the voxels of 1.4 mm those whose centres are within 0.3
+  // voxels of its plane.
+  for (const glm::dvec3 across : {glm::dvec3(0, 0, 1), glm::dvec3(0.2, -0.6, 1), glm::dvec3(1)}) {
+    const glm::dvec3 n = glm::normalize(across);
+    Mask mask;
+    mask.grid.size = {40, 40, 40};
+    mask.grid.spacing_mm = glm::dvec3(1.4);
+    mask.grid.origin_mm = glm::dvec3(-19.5 * 1.4);
+    mask.values.resize(mask.grid.count());
+    for (int k = 0; k < 40; ++k)
+      for (int j = 0; j < 40; ++j)
+        for (int i = 0; i < 40; ++i) {
+          const glm::dvec3 x = volume_from_lps(mask.grid.lps_from_index({i, j, k}));
+          mask.values[mask.grid.offset(i, j, k)] =
+              std::abs(glm::dot(n, x) - 5e-4) < 0.3 * 1.4e-3 && glm::length(x) < 0.023;
+        }
+    MovingVolume volume = *slab(10.0);
+    const auto distance = sampled_scalar(signed_distance(mask));
+    volume.segments[0].distance_mm = {distance};
+    SegmentSpec wall = a_wall(4.0, 4000.0);
+    wall.stiffness_n_per_m = holding_stiffness(*distance, wall, 0.5);
+    for (const double side : {1.0, -1.0}) {
+      Hand hand(slab_scene(wall, 0.5), {std::make_shared<const MovingVolume>(volume)});
+      double above_m = 0.004, most_n = 0.0, now_n = 0.0;
+      const auto press = [&] {
+        now_n = side * glm::dot(n, hand.to(n * (2.5e-4 + side * above_m)).wanted_n);
+      };
+      for (int wait = 0; wait < int(1e3 * kWallStart_s); ++wait) press();
+      for (; above_m > -0.012 && (most_n < 0.1 || now_n > 0.5 * most_n); above_m -= 1e-5) {
+        press();
+        most_n = std::max(most_n, now_n);
+      }
+      EXPECT_GT(most_n, 3.5) << n.x << " " << n.y << " " << n.z << " from " << side;
+    }
+  }
+}
+
 TEST(SegmentWall, LetsTheHandThroughAndOutWithoutAJump) {
   for (const double strength_n : {1.5, 3.0})
     for (const bool metered : {true, false}) {
