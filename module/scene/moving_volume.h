@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -32,8 +33,14 @@ struct Segment {
   bool shown = true;
 };
 
-/// How long a hand takes from one motion of a volume to a better one.
+/// How long hand and picture take from one motion of a volume to a better one.
 constexpr double kMotionBlend_s = 0.5;
+
+/// The share of the better one at a part of this time, 0 to 1: smooth at both ends.
+inline double share_of_better(double part) noexcept {
+  const double way = std::clamp(part, 0.0, 1.0);
+  return way * way * (3.0 - 2.0 * way);
+}
 
 /// A volume that is felt and shown: frames, their times, and how they move. Immutable; handed
 /// between threads by pointer. Another one that shares frames and fields is cheap to make: fields
@@ -48,7 +55,7 @@ struct MovingVolume {
   /// are no other motions.
   std::shared_ptr<const SequenceMap> whole;
   /// What was felt in the place of `whole` up to now, described from the same frame; null: nothing.
-  /// The hand goes from this to `whole` within kMotionBlend_s, so that no wall jumps.
+  /// Hand and picture go from this to `whole` within kMotionBlend_s, so that no wall jumps.
   std::shared_ptr<const SequenceMap> whole_before;
   std::vector<Segment> segments;
   size_t segments_frame = 0;  ///< the frame of segments with one distance where there are many

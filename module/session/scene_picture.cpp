@@ -202,6 +202,14 @@ bool ScenePicture::update(std::shared_ptr<const Scene> felt) {
     }
   }
   felt_ = std::move(felt);
+  // A better motion of what is seen: the picture goes over to it, from where it was.
+  better_since_ns_.resize(volumes.size(), kLongAgo);
+  for (size_t v = 0; v < volumes.size(); ++v) {
+    if (v < volumes_.size() && volumes[v] == volumes_[v]) continue;
+    const bool is_better = v < volumes_.size() && volumes[v]->whole_before &&
+                           volumes[v]->whole_before == volumes_[v]->whole;
+    better_since_ns_[v] = is_better ? last_ns_ : kLongAgo;
+  }
   const bool changed = volumes != volumes_;
   volumes_ = std::move(volumes);
   return changed;
@@ -474,6 +482,7 @@ void ScenePicture::add_drop_line(const SceneSnapshot& snapshot, double size,
 
 ViewScene ScenePicture::at(const SceneSnapshot& snapshot, int64_t display_ns, const Eye& eye) {
   ViewScene scene;
+  last_ns_ = snapshot.now_ns;
   const double ahead_s =
       std::clamp(double(display_ns - snapshot.now_ns) * 1e-9, 0.0, kLongestPrediction_s);
   for (size_t v = 0; v < volumes_.size(); ++v) {
@@ -485,6 +494,9 @@ ViewScene ScenePicture::at(const SceneSnapshot& snapshot, int64_t display_ns, co
     volume.look = look_of(v);
     volume.blend_values = felt_->volumes[shown_[v]].blends;
     volume.whole_frames = choices_.whole_frames;
+    if (better_since_ns_[v] != kLongAgo)
+      volume.whole_share =
+          share_of_better(1e-9 * double(snapshot.now_ns - better_since_ns_[v]) / kMotionBlend_s);
     volume.segment_opacity = spec(v).appearance.segments ? spec(v).appearance.segment_opacity : 0.0;
     scene.volumes.push_back(volume);
   }

@@ -118,6 +118,11 @@ class ScenePicture {
   std::shared_ptr<const Scene> felt_;
   std::vector<size_t> shown_;  ///< indices of volumes_ in the scene
   std::vector<std::shared_ptr<const MovingVolume>> volumes_;
+  /// When the last picture was made, and from when on each volume is on the way to a better motion:
+  /// monotonic.
+  static constexpr int64_t kLongAgo = std::numeric_limits<int64_t>::min();
+  int64_t last_ns_ = kLongAgo;
+  std::vector<int64_t> better_since_ns_;
   std::vector<Look> looks_;        ///< empty: to be chosen again
   std::vector<glm::dvec2> greys_;  ///< black and white of each volume's slices
   std::shared_ptr<const ReleasedTubes> tubes_;

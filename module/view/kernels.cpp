@@ -13,6 +13,7 @@
 #include "spirv/view/list.h"
 #include "spirv/view/mark.h"
 #include "spirv/view/motion_at.h"
+#include "spirv/view/motion_blend.h"
 #include "spirv/view/need.h"
 #include "spirv/view/prefilter.h"
 #include "spirv/view/ranges.h"
@@ -49,6 +50,9 @@ const vulkan::Kernel& Kernels::prefilter() {
 }
 const vulkan::Kernel& Kernels::motion_at(bool texels) {
   return get(k_view_motion_at, sizeof(MotionAtPush), {texels ? 1U : 0U});
+}
+const vulkan::Kernel& Kernels::motion_blend() {
+  return get(k_view_motion_blend, sizeof(MotionBlendPush));
 }
 const vulkan::Kernel& Kernels::track() {
   return get(k_view_track, sizeof(TrackPush));

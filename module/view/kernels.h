@@ -19,6 +19,7 @@ class Kernels {
   const vulkan::Kernel& curve();
   /// texels: the terms are read as texels, not from the buffer that they lie in.
   const vulkan::Kernel& motion_at(bool texels);
+  const vulkan::Kernel& motion_blend();
   const vulkan::Kernel& track();
   /// curved: of a frame that curve() made.
   const vulkan::Kernel& ranges(bool curved);

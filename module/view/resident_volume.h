@@ -57,6 +57,8 @@ struct ResidentVolume {
   std::vector<std::vector<std::shared_ptr<const ResidentStep>>> steps;
   /// Null where there is no motion for the whole sequence.
   std::shared_ptr<const ResidentTerms> whole;
+  /// Of MovingVolume::whole_before, where it was shown before; else null.
+  std::shared_ptr<const ResidentTerms> whole_before;
 };
 
 /// Frames of a volume on the host, before they are uploaded.

@@ -40,6 +40,10 @@ ShownFrames shown_frames_of(const ViewVolume& volume, const ResidentVolume& resi
     frames.step = resident.steps[0][0].get();
     frames.moves = true;
     frames.whole = resident.whole.get();
+    if (volume.whole_share < 1.0 && resident.whole_before) {
+      frames.whole_before = resident.whole_before.get();
+      frames.whole_share = std::max(volume.whole_share, 0.0);
+    }
     // Without motion: the values at the time of the one frame.
     frames.whole_frame = std::clamp(
         volume.whole_frames ? int(source.whole->reference()) : volume.pointer.frame, 0, last);
@@ -132,7 +136,7 @@ void ShownVolume::record_list(vulkan::Recorder& recorder, const ShownFrames& fra
     set_rows(frames.whole->place, push.field_from);
   }
   // Something has to be bound where there is no such motion; it is not read.
-  const vulkan::Image& field = frames.whole ? motion_ : nodes_;
+  const vulkan::Image& field = frames.whole ? shown_motion() : nodes_;
   recorder.dispatch(kernels_.mark(frames.whole != nullptr),
                     {frames.step->parts, tables.next_entries, marks_, {field, kernels_.nearest()}},
                     push, rows(parts));
@@ -142,30 +146,61 @@ void ShownVolume::record_list(vulkan::Recorder& recorder, const ShownFrames& fra
                     BricksPush{glm::ivec4(bricks_, first)}, rows(bricks_));
 }
 
-void ShownVolume::record_motion(vulkan::Recorder& recorder, const ShownFrames& frames) {
-  const glm::ivec3 size = frames.whole->place.size;
-  if (!weights_ || motion_.size() != size) {
-    motion_ = vulkan::Image(context_, size, VK_FORMAT_R32G32B32A32_SFLOAT);
-    weights_ = vulkan::Buffer(context_, sizeof(glm::vec4) * kMostTerms,
-                              vulkan::Buffer::Kind::kFilledByHost);
-    recorder.prepare(motion_);
+void ShownVolume::record_motion_at(vulkan::Recorder& recorder, const ResidentTerms& terms,
+                                   const TimeWeights& time, MotionAt& at) {
+  const glm::ivec3 size = terms.place.size;
+  if (!at.weights || at.u.size() != size) {
+    at.u = vulkan::Image(context_, size, VK_FORMAT_R32G32B32A32_SFLOAT);
+    at.weights = vulkan::Buffer(context_, sizeof(glm::vec4) * kMostTerms,
+                                vulkan::Buffer::Kind::kFilledByHost);
+    recorder.prepare(at.u);
   }
-  const TimeWeights time =
-      resident_->source->whole->basis().at(frames.whole_frame, frames.whole_phase);
-  const std::span<glm::vec4> weights = weights_.as<glm::vec4>();
+  const std::span<glm::vec4> weights = at.weights.as<glm::vec4>();
   for (size_t n = 0; n < size_t(time.count); ++n)
     weights[n] = glm::vec4(time.weight[n], time.term[n], 0.0F, 0.0F);
   // As texels they may be more than a storage buffer binds; something is bound there all the same.
-  const bool as_texels = frames.whole->texels.whole();
-  recorder.dispatch(
-      kernels_.motion_at(as_texels),
-      {weights_, frames.whole->texels, motion_, as_texels ? weights_ : frames.whole->terms},
-      MotionAtPush{glm::ivec4(size, time.count)}, rows(size));
+  const bool as_texels = terms.texels.whole();
+  recorder.dispatch(kernels_.motion_at(as_texels),
+                    {at.weights, terms.texels, at.u, as_texels ? at.weights : terms.terms},
+                    MotionAtPush{glm::ivec4(size, time.count)}, rows(size));
+}
+
+void ShownVolume::record_motion(vulkan::Recorder& recorder, const ShownFrames& frames) {
+  const MovingVolume& source = *resident_->source;
+  record_motion_at(recorder, *frames.whole,
+                   source.whole->basis().at(frames.whole_frame, frames.whole_phase), motion_);
+  if (!frames.whole_before) {
+    on_the_way_.reset();
+    return;
+  }
+  const glm::ivec3 size = frames.whole->place.size;
+  if (!on_the_way_ || on_the_way_->blended.size() != size) {
+    on_the_way_.emplace();
+    on_the_way_->blended = vulkan::Image(context_, size, VK_FORMAT_R32G32B32A32_SFLOAT);
+    recorder.prepare(on_the_way_->blended);
+  }
+  record_motion_at(recorder, *frames.whole_before,
+                   source.whole_before->basis().at(frames.whole_frame, frames.whole_phase),
+                   on_the_way_->before);
+  MotionBlendPush push{};
+  push.size = glm::ivec4(size, 0);
+  push.share.x = float(frames.whole_share);
+  // From an index of the one field to a voxel, and on to an index of the other.
+  const ResidentField &after = frames.whole->place, &before = frames.whole_before->place;
+  ResidentField between;
+  between.from_voxel = before.from_voxel * glm::inverse(after.from_voxel);
+  between.offset = before.offset - between.from_voxel * after.offset;
+  set_rows(between, push.before_from);
+  recorder.dispatch(kernels_.motion_blend(),
+                    {{motion_.u, kernels_.nearest()},
+                     {on_the_way_->before.u, kernels_.linear()},
+                     on_the_way_->blended},
+                    push, rows(size));
 }
 
 void ShownVolume::record_nodes(vulkan::Recorder& recorder, const ShownFrames& frames) {
   const ResidentField& field = frames.whole ? frames.whole->place : *frames.step->field;
-  const vulkan::Image& image = frames.whole ? motion_ : field.image;
+  const vulkan::Image& image = frames.whole ? shown_motion() : field.image;
   TrackPush push{};
   // The result of the same step is a good start, and is kept where nothing is found.
   const bool warm = shown_.moves && (shown_.step == frames.step || (shown_.whole && frames.whole));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "compute/vulkan/recorder.h"
 #include "module/view/resident_volume.h"
@@ -17,6 +18,9 @@ struct ShownFrames {
   bool moves = false;  ///< by the step's field, or by the motion of the whole sequence
   bool blend = false;
   const ResidentTerms* whole = nullptr;
+  /// With `whole`, on the way to it: the motion from which it comes, and the share of `whole`.
+  const ResidentTerms* whole_before = nullptr;
+  double whole_share = 1.0;
   int whole_frame = 0;       ///< with `whole`: the time is this frame's,
   double whole_phase = 0.0;  ///< and this share of the way to the next one
   bool operator==(const ShownFrames&) const = default;
@@ -66,6 +70,13 @@ class ShownVolume {
   void record_list(vulkan::Recorder& recorder, const ShownFrames& frames, bool everything,
                    bool long_steps, const LookTables& tables, const vulkan::Buffer& skip);
   void record_motion(vulkan::Recorder& recorder, const ShownFrames& frames);
+  /// A motion of a whole sequence at one time, with buffer and image for it.
+  struct MotionAt {
+    vulkan::Buffer weights;
+    vulkan::Image u;
+  };
+  void record_motion_at(vulkan::Recorder& recorder, const ResidentTerms& terms,
+                        const TimeWeights& time, MotionAt& at);
   void record_nodes(vulkan::Recorder& recorder, const ShownFrames& frames);
   void record_bricks(vulkan::Recorder& recorder, const ShownFrames& frames, double thin_per_mm,
                      const LookTables& tables, const vulkan::Buffer& skip);
@@ -76,8 +87,17 @@ class ShownVolume {
   int slot_, first_skip_word_;
   glm::ivec3 size_, bricks_, node_count_;
   vulkan::Image surface_, nodes_;
-  vulkan::Image motion_;    ///< with `whole`: u at the time that is shown
-  vulkan::Buffer weights_;  ///< with `whole`: of its terms
+  MotionAt motion_;  ///< with `whole`: at the time that is shown
+  /// On the way from one motion to another: both at that time, and their blend.
+  struct OnTheWay {
+    MotionAt before;
+    vulkan::Image blended;
+  };
+  std::optional<OnTheWay> on_the_way_;
+  /// With `whole`: what moves the picture.
+  const vulkan::Image& shown_motion() const {
+    return on_the_way_ ? on_the_way_->blended : motion_.u;
+  }
   vulkan::Buffer marks_, near_, list_, list_start_, distance_[2], frozen_;
   ShownFrames shown_;
   bool fresh_ = true;

@@ -17,7 +17,10 @@ struct ViewVolume {
   Transform world_from_volume;
   FramePointer pointer;  ///< as the hand's playback has it, for the time of display
   Look look;
-  int motion = 0;             ///< which of the volume's motions moves the picture
+  int motion = 0;  ///< which of the volume's motions moves the picture
+  /// On the way from data->whole_before to data->whole: the share of the latter, 0 to 1. Only where
+  /// the former was shown before; else it counts as 1.
+  double whole_share = 1.0;
   bool blend_values = true;   ///< equation (24); off: the frame's own values are carried
   bool whole_frames = false;  ///< for comparison: the frame that the pointer is in, not moved
   /// Share of the light that the surface of each of the data's segments takes where it is met at a

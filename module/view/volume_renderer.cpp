@@ -116,9 +116,13 @@ Status VolumeRenderer::set_volumes(std::span<const std::shared_ptr<const MovingV
         const auto known =
             std::find_if(segments_.begin(), segments_.end(),
                          [&](const SegmentVolume& k) { return k.of == volume && k.segment == s; });
-        MovingVolume distance{
-            volume->segments[s].name, volume->times, volume->segments[s].distance_mm,
-            volume->motions,          volume->whole, {}};
+        MovingVolume distance{volume->segments[s].name,
+                              volume->times,
+                              volume->segments[s].distance_mm,
+                              volume->motions,
+                              volume->whole,
+                              volume->whole_before,
+                              {}};
         segments.push_back({volume, s,
                             known != segments_.end()
                                 ? known->data
@@ -144,6 +148,12 @@ void VolumeRenderer::upload(std::span<const std::shared_ptr<const MovingVolume>>
       resident->whole = before && before->source->whole == volume->whole
                             ? before->whole
                             : view::upload_terms(context_, *resident->frames, *volume->whole);
+    if (before && before->whole && volume->whole_before) {
+      if (before->source->whole == volume->whole_before)
+        resident->whole_before = before->whole;
+      else if (before->source->whole_before == volume->whole_before)
+        resident->whole_before = before->whole_before;
+    }
     residents.push_back(std::move(resident));
   }
   const bool same_frames =

@@ -118,6 +118,13 @@ struct MotionAtPush {
 };
 PALPATE_SIZE(MotionAtPush, 16);
 
+struct MotionBlendPush {
+  ivec4 size;           // samples of the field
+  vec4 before_from[3];  // rows: index of the field before = row . (index of the field, 1)
+  vec4 share;           // x: of the field after
+};
+PALPATE_SIZE(MotionBlendPush, 80);
+
 struct TrackPush {
   ivec4 nodes;         // along each axis; w: 1 = start from the nodes of the last phase
   ivec4 field_size;    // samples of the field

@@ -241,6 +241,56 @@ TEST(Things, AReleasedTubeHasNoColourOfFleshOrBone) {
   EXPECT_GT(released_tube_colour(10.0, 1.0, 10.0).r, 0.9);
 }
 
+/// A frame that one motion carries: its material rises by so many mm in half a second, and sinks.
+MovingVolume carried_up(const std::shared_ptr<const FrameData>& frame, float up_mm) {
+  SequenceMotion motion;
+  motion.basis = {{0.0, 0.5}, 1.0, 0};
+  motion.terms = {still_field(cube()), still_field(cube())};
+  for (glm::vec3& u_mm : motion.terms[1].u_mm) u_mm.z = up_mm;
+  MovingVolume volume;
+  volume.times = {motion.basis.times_s, 1.0};
+  volume.frames = {frame};
+  volume.whole = SequenceMap::of(motion);
+  return volume;
+}
+
+TEST(ScenePicture, GoesOverToABetterMotionFromItsLastPictureOn) {
+  const auto frame = ramp();
+  const auto coarse = std::make_shared<const MovingVolume>(carried_up(frame, 2.0F));
+  MovingVolume next = carried_up(frame, 3.0F);
+  next.whole_before = coarse->whole;
+  const auto better = std::make_shared<const MovingVolume>(std::move(next));
+  ViewChoices choices;
+  choices.hand = false;
+  const Eye eye = eye_at({1.0, 0.0, 0.3}, {1.0, 0.0, 0.0}, 0.5, {64, 64});
+  const auto share_at = [&](ScenePicture& picture, double s) {
+    SceneSnapshot snapshot = snapshot_at({});
+    snapshot.now_ns = int64_t(1e9 * s);
+    return picture.at(snapshot, snapshot.now_ns, eye).volumes.at(0).whole_share;
+  };
+  ScenePicture picture(choices);
+  picture.update(scene_of(coarse));
+  EXPECT_EQ(share_at(picture, 10.0), 1.0);
+  EXPECT_EQ(share_at(picture, 20.0), 1.0);
+  EXPECT_TRUE(picture.update(scene_of(better)));
+  EXPECT_EQ(share_at(picture, 20.0), 0.0);
+  EXPECT_NEAR(share_at(picture, 20.25), 0.5, 1e-9);
+  // Another scene of the same volume changes nothing.
+  EXPECT_FALSE(picture.update(scene_of(better)));
+  EXPECT_GT(share_at(picture, 20.4), 0.5);
+  EXPECT_LT(share_at(picture, 20.4), 1.0);
+  EXPECT_EQ(share_at(picture, 20.6), 1.0);
+  // Without a picture before, and where pictures are rare, the better motion is shown at once.
+  ScenePicture first(choices);
+  first.update(scene_of(better));
+  EXPECT_EQ(share_at(first, 20.0), 1.0);
+  ScenePicture rare(choices);
+  rare.update(scene_of(coarse));
+  share_at(rare, 20.0);
+  rare.update(scene_of(better));
+  EXPECT_EQ(share_at(rare, 21.5), 1.0);
+}
+
 TEST(ScenePicture, ABareFingertipShowsContactByItsColour) {
   const auto scene = scene_of(test::still(streams()), "follow", VectorProperty::kVector, false);
   ViewChoices choices;

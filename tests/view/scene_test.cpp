@@ -411,6 +411,52 @@ TEST_F(SceneTest, ACarriedVolumeTakesThePlaceOfItsFrames) {
   EXPECT_GT(psnr_db(after, draw_one(*view, scene)), 40.0);
 }
 
+TEST_F(SceneTest, ABetterMotionTakesOverWithoutAJump) {
+  // Seven tenths of the shell's motion, on another grid than the whole of it.
+  const MovingVolume& own = *beating_heart();
+  const auto moved_by = [&](const Grid& grid, float share) {
+    SequenceMotion motion = shell_motion(grid, own.times, 1, true);
+    for (Field& term : motion.terms)
+      for (glm::vec3& u : term.u_mm) u *= share;
+    return *carried(own, motion);
+  };
+  const Grid fine = heart_grid(64);
+  Grid coarse_grid = fine;
+  coarse_grid.size = {30, 26, 28};
+  coarse_grid.origin_mm = fine.lps_from_index({-3.0, -1.0, -2.0});
+  coarse_grid.spacing_mm =
+      fine.spacing_mm * (glm::dvec3(fine.size) + 4.0) / glm::dvec3(coarse_grid.size - 1);
+  const auto coarse = std::make_shared<const MovingVolume>(moved_by(coarse_grid, 0.7F));
+  MovingVolume next = moved_by(fine, 1.0F);
+  ASSERT_TRUE(can_blend(*coarse, next));
+  next.whole_before = coarse->whole;
+  const auto better = std::make_shared<const MovingVolume>(std::move(next));
+  const auto picture = [&](VolumeRenderer& view, const std::shared_ptr<const MovingVolume>& volume,
+                           double share) {
+    ViewScene scene;
+    scene.volumes = {{volume, {}, {3, 0.3}, *preset_look("phantom")}};
+    scene.volumes[0].whole_share = share;
+    return draw_one(view, scene);
+  };
+  auto view = renderer({kSceneSize, 1});
+  set(*view, {coarse});
+  const Picture before = picture(*view, coarse, 1.0);
+  set(*view, {better});
+  const Picture at_first = picture(*view, better, 0.0), half_way = picture(*view, better, 0.5),
+                at_last = picture(*view, better, 1.0);
+  EXPECT_GT(psnr_db(before, at_first), 50.0);
+  EXPECT_LT(psnr_db(before, at_last), 35.0) << "the better motion is another one";
+  // Half of the way is the mean of both.
+  auto fresh = renderer({kSceneSize, 1});
+  const auto mean = std::make_shared<const MovingVolume>(moved_by(fine, 0.85F));
+  set(*fresh, {mean});
+  EXPECT_GT(psnr_db(picture(*fresh, mean, 1.0), half_way), 50.0);
+  // Where the former was never shown there is nothing to come from.
+  set(*fresh, {better});
+  EXPECT_EQ(picture(*fresh, better, 0.0).colours, picture(*fresh, better, 1.0).colours);
+  EXPECT_GT(psnr_db(picture(*fresh, better, 1.0), at_last), 60.0);
+}
+
 /// Two segments that are balls around the origin, in data that show nothing: red of 10 mm in blue
 /// of 20 mm.
 MovingVolume nested_segments() {

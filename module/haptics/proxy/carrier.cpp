@@ -344,7 +344,7 @@ class MaterialCarrier final : public MovingCarrier {
     const double way = volume_.blended;
     if (before_ && way < 1.0) {
       before_->set(before_->map().basis().at(volume_.pointer.frame, volume_.pointer.phase));
-      now_.blend_from(&*before_, way * way * (3.0 - 2.0 * way));
+      now_.blend_from(&*before_, share_of_better(way));
     } else {
       now_.blend_from(nullptr, 1.0);
     }
