@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <array>
 
+#include <nlohmann/json.hpp>
+
 #include "integration/app/commands.h"
 #include "integration/app/feel_run.h"
 #include "integration/app/option_checks.h"
