@@ -243,8 +243,10 @@ std::vector<studies::ViewMeasure> view_peer(const studies::StudyRun& run,
     std::istringstream words(line);
     studies::ViewMeasure row;
     double seconds = 0.0;
-    if (!(words >> row.look >> row.samples_per_voxel >> seconds >> row.quality_db)) continue;
-    row.family = "VTK";
+    std::string mapper;
+    if (!(words >> row.look >> row.samples_per_voxel >> seconds >> row.quality_db >> mapper))
+      continue;
+    row.family = fmt::format("VTK, {} mapper", mapper);
     row.time_ms = 1e3 * seconds;
     rows.push_back(row);
   }

@@ -1,5 +1,6 @@
-// The time of a picture and its quality, compared with VTK's GPU ray caster on the same device; and
-// how the time depends on the scene. Each picture is compared with one of eight samples per voxel.
+// The time of a picture and its quality, compared with VTK's two ray casters on the same machine;
+// and how the time depends on the scene. Each picture is compared with one of eight samples per
+// voxel.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -132,7 +133,7 @@ int run(const ViewCommand& command) {
 Command add_view(CLI::App& program) {
   auto command = std::make_shared<ViewCommand>();
   CLI::App* app = program.add_subcommand(
-      "view", "Measure what pictures of volumes cost, VTK's ray caster beside");
+      "view", "Measure what pictures of volumes cost, VTK's two ray casters beside");
   app->add_option("--runs", command->runs,
                   "Timed runs, of which the median counts (default: 5, quick: 1)")
       ->check(whole_number_in(1, 1000));
