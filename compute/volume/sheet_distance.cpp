@@ -27,6 +27,8 @@ constexpr double kFlat = 0.3, kNotFlat = 0.6;
 constexpr double kWhole = 0.5, kHole = 0.36;
 // A plate is at most this thick; what is thicker has a plain distance that is as good.
 constexpr double kThickest = 1.7;
+// On either side of a plate: makes up for what samples half a voxel apart miss of its ridge.
+constexpr double kForRidge = 0.08;
 
 enum class Kind : uint8_t { kNothing, kBody, kSheet };
 
@@ -132,7 +134,7 @@ class Sheets {
                                     portable::exp(-0.5 * off * off / (kSpread * kSpread)));
     const glm::dvec3 n = glm::abs(plate.normal);
     const double whole = per_area / std::max({n.x, n.y, n.z});
-    const double half = 0.5 * std::clamp(per_area, 1.0, kThickest);
+    const double half = 0.5 * std::clamp(per_area, 1.0, kThickest) + kForRidge;
     const double beside = half * std::clamp((kWhole - whole) / (kWhole - kHole), 0.0, 2.0);
     plate.depth = half - std::sqrt(off * off + beside * beside);
     return plate;
