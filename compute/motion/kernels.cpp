@@ -30,6 +30,7 @@
 #include "spirv/motion/pack.h"
 #include "spirv/motion/pack_loads.h"
 #include "spirv/motion/refit.h"
+#include "spirv/motion/shared_noise.h"
 #include "spirv/motion/sliding_choose.h"
 #include "spirv/motion/sliding_choose_loads.h"
 #include "spirv/motion/sliding_cost.h"
@@ -166,6 +167,9 @@ const vulkan::Kernel& MotionKernels::choose() {
 }
 const vulkan::Kernel& MotionKernels::leave_out() {
   return get(k_motion_leave_out, sizeof(LeaveOutPush));
+}
+const vulkan::Kernel& MotionKernels::shared_noise() {
+  return get(k_motion_shared_noise, sizeof(SharedNoisePush));
 }
 const vulkan::Kernel& MotionKernels::refit() {
   return get(k_motion_refit, sizeof(UpdatePush));

@@ -46,6 +46,7 @@ class MotionKernels {
   const vulkan::Kernel& coupled_choice();
   const vulkan::Kernel& choose();
   const vulkan::Kernel& leave_out();
+  const vulkan::Kernel& shared_noise();
   const vulkan::Kernel& refit();
   const vulkan::Kernel& left_out_error();
   const vulkan::Kernel& window_share();

@@ -31,4 +31,18 @@ struct CellLeft {
 /// Empty if there are fewer than 64 cells. Any thread.
 std::optional<double> noise_left(std::vector<CellLeft> cells);
 
+/// What one cell's equations say of its noise (shaders/motion/shared_noise.comp).
+struct CellNoise {
+  float structure;  ///< q, as in CellLeft
+  float shared;     ///< k, how many of its voxels share their noise; 0.7 in the median if none do
+  float share;      ///< u, the part of the frames' variance that is a difference between them
+};
+
+/// Whether noise is correlated over so many voxels that neighbouring cells share it: then cells
+/// predict each other's noise, as they do a motion. Told by the quarter of the cells with the least
+/// structure: their median k is above 3 and their median u above 0.18. (Motion that was not found
+/// raises k, too, but there the frames share most of what they show.) True if there are fewer than
+/// 64 cells. Any thread.
+bool cells_share_noise(std::vector<CellNoise> cells);
+
 }  // namespace palpate

@@ -16,17 +16,19 @@ std::optional<MotionOptions> motion_preset(std::string_view name) {
     options.search_work = 1e7;
     options.yield.window = 2.5;
   } else if (name == "balanced") {
-    options.levels = {{10, 4, 7.0, 0.06}, {12, 4, 3.0, 0.16}, {25, 4, 3.0, 0.1}};
-    options.filter_steps = 4;
+    options.levels = {{10, 4, 7.0, 0.06, 0.0125}, {12, 4, 3.0, 0.16}, {25, 4, 3.0, 0.1}};
+    options.filter_steps = 3;
     options.search_work = 1e7;
     options.yield.window = 2.5;
+    options.yield.choose_after = 5;
     options.sliding.cell = 2;
   } else if (name == "best") {
-    options.levels = {{16, 4, 7.0, 0.04, 0.01}, {25, 4, 3.0, 0.16}, {40, 4, 3.0, 0.1}};
-    options.filter_steps = 4;
+    options.levels = {{20, 4, 7.0, 0.04, 0.025}, {25, 4, 3.0, 0.16}, {40, 4, 3.0, 0.1}};
+    options.filter_steps = 6;
     options.checkerboard = false;
     options.search_work = 6e7;
     options.yield.window = 2.5;
+    options.yield.smoothness = 0.08;
     options.yield.choose_after = 6;
     options.sliding.cell = 2;
   } else if (name == "classic") {

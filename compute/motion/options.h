@@ -31,7 +31,7 @@ struct YieldOptions {
   double low = 0.02;      ///< rho at which s leaves 0
   double high = 0.06;     ///< rho at which s reaches 1
   double damping = 0.15;  ///< alpha where s is 1
-  /// weight of the total variation where s is 1, in h; that of second derivatives grows alike
+  /// weight of the total variation where s is 1, in h; that of second derivatives does not grow
   double smoothness = 0.15;
   /// The weight of the total variation is halved where what a step explains is this many times its
   /// own noise.
@@ -39,10 +39,10 @@ struct YieldOptions {
   double noise = 2.0;  ///< factor on the difference that noise leaves (see noise_left())
   double flat = 0.3;   ///< keeps rho small where the frames show little structure
   /// After so many iterations it is measured which window predicts better what is left out of a fit
-  /// (see PairSolver::choose_window()); where the narrow one does, its share rises from 0 to 1 as
-  /// its gain, relative to the structure, rises from gain_low to gain_high. 0: never
+  /// (see PairSolver::iterate_and_choose()); where the narrow one does, its share rises from 0 to 1
+  /// as its gain, relative to the structure, rises from gain_low to gain_high. 0: never
   int choose_after = 0;
-  double gain_low = 0.0002, gain_high = 0.0006;
+  double gain_low = 0.0015, gain_high = 0.003;
 };
 
 /// The last step (compute/motion/sliding_borders.h): the result on finer cells, with the borders at

@@ -113,7 +113,7 @@ uint64_t solver_bytes(const MotionPlan& plan) {
                            (yields(plan, l) ? 15 : 11) * image_bytes(level.cells, 8);
     if (level.options.second > 0.0) bytes += 6 * image_bytes(level.cells, 8);
     if (yields(plan, l) && plan.options.yield.choose_after > 0)
-      bytes += image_bytes(level.cells, 16) + 5 * image_bytes(level.cells, 8);
+      bytes += 2 * image_bytes(level.cells, 16) + 5 * image_bytes(level.cells, 8);
   }
   // PairSolver: what is measured in each brick.
   if (!classic) {

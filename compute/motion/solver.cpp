@@ -19,8 +19,10 @@ namespace {
 
 // iterations per submission; between submissions convergence and stop are checked
 constexpr int kBatch = 5;
-constexpr double kAllIsNoise = 2.0;    // r^2 of normalised frames that share nothing
-constexpr double kLeastCounted = 0.1;  // cells with a smaller share of counting voxels are ignored
+constexpr double kAllIsNoise = 2.0;     // r^2 of normalised frames that share nothing
+constexpr double kLeastCounted = 0.1;   // cells with a smaller share of counting voxels are ignored
+constexpr double kMostlyCounted = 0.9;  // the same, where noise is told of single cells
+constexpr double kStable = 0.95;        // dual steps, of the longest ones that are stable
 // SD of the window over the differences of two fields, to choose between them, in cells
 constexpr double kChoiceSigma = 1.0;
 constexpr float kChoiceWidth = 0.02F;  // rho: width of the transition between the two fields
@@ -29,7 +31,7 @@ constexpr double kCoarserSigma = 1.0;
 // Fits without a part of the cells: iterations and steps of the filter in each, and the SD of the
 // window over what they gain, in cells. More of each changes nothing
 // (docs/decisions/motion/second-order.md).
-constexpr int kRefits = 4, kRefitFilterSteps = 1;
+constexpr int kRefits = 2, kRefitFilterSteps = 1;
 constexpr double kLeftOutSigma = 4.0;
 constexpr int kDispatchesPerIteration = 24;  // without the filter's steps, up to four each
 
@@ -42,17 +44,34 @@ double passed_s(std::chrono::steady_clock::time_point since) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
 }
 
+/// Some cells of an image, evenly taken, of which noise is told.
+template <typename Cell, typename Make>
+std::vector<Cell> noise_cells(std::span<const uint64_t> texels, const Make& make) {
+  // An odd stride, so that it is no multiple of an even row length.
+  const size_t every = texels.size() / kNoiseCells | 1U;
+  std::vector<Cell> cells;
+  cells.reserve(texels.size() / every + 1);
+  for (size_t c = 0; c < texels.size(); c += every)
+    if (const std::optional<Cell> cell = make(glm::unpackHalf4x16(texels[c])))
+      cells.push_back(*cell);
+  return cells;
+}
+
 /// What noise leaves on a level, see noise_left(). Empty if there are too few cells.
 std::optional<double> noise_of(std::span<const uint64_t> left) {
-  // An odd stride, so that it is no multiple of an even row length.
-  const size_t every = left.size() / kNoiseCells | 1U;
-  std::vector<CellLeft> cells;
-  cells.reserve(left.size() / every + 1);
-  for (size_t c = 0; c < left.size(); c += every) {
-    const glm::vec4 e = glm::unpackHalf4x16(left[c]);
-    if (e.z > 0.5F) cells.push_back({e.w / e.z, e.y / e.z});
-  }
-  return noise_left(std::move(cells));
+  return noise_left(noise_cells<CellLeft>(left, [](glm::vec4 e) -> std::optional<CellLeft> {
+    if (e.z <= 0.5F) return std::nullopt;
+    return CellLeft{e.w / e.z, e.y / e.z};
+  }));
+}
+
+/// See cells_share_noise(); texels of shared_noise.comp.
+bool share_noise(std::span<const uint64_t> noise) {
+  return cells_share_noise(
+      noise_cells<CellNoise>(noise, [](glm::vec4 e) -> std::optional<CellNoise> {
+        if (e.w < float(kMostlyCounted)) return std::nullopt;
+        return CellNoise{e.y, e.x, e.z};
+      }));
 }
 
 // Step of the projected dual ascent: 1 / (largest eigenvalue of D D^T), which is 4 per axis with
@@ -64,6 +83,15 @@ double dual_step(glm::dvec3 slope) {
 /// The same for second differences, see tv_second_dual.comp: 16 (sum of the squares)^2.
 double second_dual_step(glm::dvec3 slope) {
   return 1.0 / (16.0 * std::pow(glm::dot(slope, slope), 2));
+}
+
+/// Step number k of n of a cycle of dual steps, in the longest one that is stable alone. Longer and
+/// shorter steps together are stable and lead further than n equal ones: n (n + 1) / 3 instead of n
+/// (fast explicit diffusion; Weickert et al. 2016, "Cyclic schemes for PDE-based image analysis").
+/// The longest is the first one, so that the others damp what it amplifies.
+double cycle_step(int k, int n) {
+  const double c = std::cos(std::numbers::pi * (2 * (n - 1 - k) + 1) / (4 * n + 2));
+  return 1.0 / (2.0 * c * c);
 }
 
 /// Factors on differences per axis, relative to the coarsest axis of the field: anisotropic cells
@@ -176,6 +204,7 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
       recorder_.prepare(image);
     };
     make(images.start, kFloat);
+    make(images.before, kFloat);
     for (vulkan::Image& image : images.whole) make(image, kHalf);
     for (vulkan::Image& image : images.gain) make(image, VK_FORMAT_R32G32_SFLOAT);
   }
@@ -488,42 +517,88 @@ void PairSolver::record_refit(vulkan::Recorder& recorder, size_t l,
   }
 }
 
-/// Chooses, cell by cell, whether the narrow window is added to the wide one, by what each predicts
-/// of cells that it did not see. The equations are made once, at the field so far; from there the
-/// fit goes on without the images and without a part of the cells, with each window, for two parts
-/// in turns. The errors at the cells left out decide, smoothed over several of them. The field
-/// stays as it is.
-void PairSolver::choose_window(size_t l, const FramePyramid& fixed, const FramePyramid& moving) {
+/// An iteration that chooses, cell by cell, whether the narrow window is added to the wide one from
+/// now on, by what each predicts of cells that it did not see. The iteration's equations are those
+/// of all voxels. From their field the fit goes on without the images and without a part of the
+/// cells, with each window, for two parts in turns. The errors at the cells left out decide,
+/// smoothed over several of them. Where neighbouring cells share their noise, nothing is chosen.
+void PairSolver::iterate_and_choose(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
+                                    LevelReport& report) {
   const LevelPlan& level = plan_.levels[l];
-  const YieldOptions& yield = plan_.options.yield;
   LevelImages& i = levels_[l];
   const vulkan::Sampler& nearest = kernels_->nearest();
   activate(bricks_[l]);
   const glm::ivec3 groups = slice_groups(active_);
-  const auto leave_out = [&](const vulkan::Image* from, const vulkan::Image* to, int part) {
-    batch_.dispatch(kernels_->leave_out(),
-                    {active_list(),
-                     {from[0], nearest},
-                     {from[1], nearest},
-                     {from[2], nearest},
-                     to[0],
-                     to[1],
-                     to[2]},
-                    shaders::LeaveOutPush{wide(level.cells, part)}, groups);
-  };
 
-  // The equations of all voxels, at the field itself.
+  // The equations, and what they say of the noise.
   batch_.restart();
   for (const vulkan::Image& image : i.whole) kernels_->record_clear(batch_, image);
-  for (const vulkan::Image& image : i.gain) kernels_->record_clear(batch_, image);
-  record_copy(batch_, l, i.field, i.ahead, i.start);
+  kernels_->record_clear(batch_, i.smoothed[0]);
+  record_copy(batch_, l, i.ahead, i.start, i.start);
+  record_copy(batch_, l, i.field, i.before, i.before);
   record_equations(batch_, l, fixed, moving, -1);
-  leave_out(i.equations, i.whole, -1);
+  record_left_out(l, i.equations, i.whole, -1);
+  batch_.dispatch(kernels_->shared_noise(),
+                  {active_list(),
+                   {i.whole[0], nearest},
+                   {i.whole[1], nearest},
+                   {i.whole[2], nearest},
+                   i.smoothed[0]},
+                  shaders::SharedNoisePush{
+                      wide(level.cells),
+                      {float(level.cell.x) * float(level.cell.y) * float(level.cell.z), 0, 0, 0}},
+                  groups);
+  // The buffer of the download is larger and not in use.
+  batch_.copy(i.smoothed[0], download_);
+  left_level_.reset();
+  batch_.run();
+
+  batch_.restart();
+  if (!share_noise(download_.as<uint64_t>().first(i.smoothed[0].count()))) {
+    record_choice(l);
+    window_chosen_ = true;
+  }
+
+  // The iteration goes on from these equations.
+  record_copy(batch_, l, i.start, i.ahead, i.composed);
+  record_copy(batch_, l, i.before, i.field, i.primal);
+  record_left_out(l, i.whole, i.equations, -1);
+  record_windows(batch_, l);
+  record_step(batch_, l, -1);
+  record_filter(batch_, l, plan_.options.filter_steps);
+  batch_.run();
+  ++report.iterations;
+  report.brick_iterations += double(active_.size());
+}
+
+/// Copies equations without a part of the cells; -1: all of them.
+void PairSolver::record_left_out(size_t l, const vulkan::Image* from, const vulkan::Image* to,
+                                 int part) {
+  const vulkan::Sampler& nearest = kernels_->nearest();
+  batch_.dispatch(kernels_->leave_out(),
+                  {active_list(),
+                   {from[0], nearest},
+                   {from[1], nearest},
+                   {from[2], nearest},
+                   to[0],
+                   to[1],
+                   to[2]},
+                  shaders::LeaveOutPush{wide(plan_.levels[l].cells, part)}, slice_groups(active_));
+}
+
+/// Records the choice of the window, from the equations of all voxels at the field `start`.
+void PairSolver::record_choice(size_t l) {
+  const LevelPlan& level = plan_.levels[l];
+  const YieldOptions& yield = plan_.options.yield;
+  LevelImages& i = levels_[l];
+  const vulkan::Sampler& nearest = kernels_->nearest();
+  const glm::ivec3 groups = slice_groups(active_);
 
   // Fits without a part. The wide window is last, since its duals are those to go on with.
+  for (const vulkan::Image& image : i.gain) kernels_->record_clear(batch_, image);
   const vulkan::Image *gain = &i.gain[0], *gain_to = &i.gain[1];
   for (int part = 0; part < 2; ++part) {
-    leave_out(i.whole, i.equations, part);
+    record_left_out(l, i.whole, i.equations, part);
     record_windows(batch_, l);
     for (const bool is_narrow : {true, false}) {
       record_refit(batch_, l, is_narrow ? narrow(l) : windowed(l));
@@ -543,7 +618,7 @@ void PairSolver::choose_window(size_t l, const FramePyramid& fixed, const FrameP
     }
   }
 
-  // The choice, and the field as it was.
+  // The choice.
   if (record_gauss(batch_, *kernels_, active_list(), brick_groups(active_),
                    glm::dvec3(kLeftOutSigma), {gain}, {gain_to}))
     std::swap(gain, gain_to);
@@ -552,10 +627,6 @@ void PairSolver::choose_window(size_t l, const FramePyramid& fixed, const FrameP
                   shaders::WindowSharePush{wide(level.cells),
                                            {float(yield.gain_low), float(yield.gain_high), 0, 0}},
                   groups);
-  record_copy(batch_, l, i.start, i.field, i.ahead);
-  record_copy(batch_, l, i.start, i.primal, i.composed);
-  batch_.run();
-  window_chosen_ = true;
 }
 
 void PairSolver::repair(size_t l, SolveReport& report) {
@@ -656,7 +727,7 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
     bool in_reach = true;
     if (chooses) {
       in_reach = go_on(before);
-      if (in_reach && !stop.stop_requested()) choose_window(l, fixed, moving);
+      if (in_reach && !stop.stop_requested()) iterate_and_choose(l, fixed, moving, level);
     }
     in_reach = in_reach && go_on(iterations);
     if (!in_reach) {
@@ -760,19 +831,17 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l, int steps) 
   const glm::ivec3 groups = slice_groups(active_);
   const glm::dvec3 slope = slopes(level);
   const bool has_second = !i.second.empty();
-  // Both duals take a step from the same field. Steps are stable up to twice those above; half of
-  // it for each, less a tenth.
-  const double share = has_second ? 0.9 : 1.0;
+  // Both duals take a step from the same field. Steps are stable up to twice those above, so up to
+  // one of them if both are taken.
+  const double longest = kStable * (has_second ? 1.0 : 2.0);
   const auto push_of = [&](double weight, double step) {
     return shaders::TotalVariationPush{
         wide(level.cells),
         glm::vec4(slope, 0),
-        {float(weight * level.h_mm), float(share * step), float(plan_.options.huber_mm),
+        {float(weight * level.h_mm), float(longest * step), float(plan_.options.huber_mm),
          float(plan_.options.momentum)}};
   };
-  const shaders::TotalVariationPush push = push_of(level.options.smoothness, dual_step(slope));
-  const shaders::TotalVariationPush second_push =
-      push_of(level.options.second, second_dual_step(slope));
+  shaders::TotalVariationPush push, second_push;
   const auto with_second = [&](const vulkan::Image& read) {
     std::vector<vulkan::Binding> bindings{active_list(), {read, nearest}};
     for (const vulkan::Image& q : i.second) bindings.emplace_back(q, nearest);
@@ -800,6 +869,9 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l, int steps) 
 
   // Steps of primal and dual in turn; the last primal step is the field.
   for (int step = 0; step < steps; ++step) {
+    const double factor = cycle_step(step, steps);
+    push = push_of(level.options.smoothness, factor * dual_step(slope));
+    second_push = push_of(level.options.second, factor * second_dual_step(slope));
     primal(false);
     recorder.begin_concurrent();
     recorder.dispatch(kernels_->tv_dual(),

@@ -66,9 +66,9 @@ class PairSolver : public FieldSolver {
     // Only if the level yields: the equations under its wide window, and what the next coarser
     // level left of them.
     vulkan::Image wide[3], coarser;
-    // Only if its window is chosen: the field and the equations at that time, and what the narrow
-    // window gains.
-    vulkan::Image start, whole[3], gain[2];
+    // Only if its window is chosen: the field at that time with and without its momentum, the
+    // equations, and what the narrow window gains.
+    vulkan::Image start, before, whole[3], gain[2];
   };
   /// Makes `bricks` the active ones for what follows.
   void activate(BrickList bricks);
@@ -113,7 +113,10 @@ class PairSolver : public FieldSolver {
   void record_copy(vulkan::Recorder& recorder, size_t l, const vulkan::Image& from,
                    const vulkan::Image& to, const vulkan::Image& to_as_well);
   void record_refit(vulkan::Recorder& recorder, size_t l, const vulkan::Image* equations);
-  void choose_window(size_t l, const FramePyramid& fixed, const FramePyramid& moving);
+  void record_left_out(size_t l, const vulkan::Image* from, const vulkan::Image* to, int part);
+  void record_choice(size_t l);
+  void iterate_and_choose(size_t l, const FramePyramid& fixed, const FramePyramid& moving,
+                          LevelReport& report);
   void repair(size_t l, SolveReport& report);
   void judge(size_t l);
 

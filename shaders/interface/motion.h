@@ -23,6 +23,10 @@ constexpr int kLeastForOutermost = 16;
 // kSteepest.
 constexpr float kSteepest = 0.5F;
 constexpr float kGentle = 0.8F;
+// A window that was chosen adds nothing where a smaller share of its voxels counts than kFew, and
+// all of its step above kMost.
+constexpr float kFew = 0.5F;
+constexpr float kMost = 0.9F;
 // Deviation and confidence, see confidence.comp and docs/decisions/motion/confidence.md. kAlong,
 // kAcross, kErrorRadius and kErrorTail were fitted on 57 pairs of 9 anatomies with known motion.
 constexpr float kAlong = 1.55F;
@@ -51,6 +55,8 @@ const float kLargestGradient = 60000.0;
 const int kLeastForOutermost = 16;
 const float kSteepest = 0.5;
 const float kGentle = 0.8;
+const float kFew = 0.5;
+const float kMost = 0.9;
 const float kAlong = 1.55;
 const float kAcross = 1.84;
 const float kGuess = 1.0;
@@ -131,6 +137,12 @@ struct LeaveOutPush {
   ivec4 cells;  // w: the part that is left out, 0 or 1; -1: none
 };
 PALPATE_SIZE(LeaveOutPush, 16);
+
+struct SharedNoisePush {
+  ivec4 cells;
+  vec4 voxels;  // x: of a cell
+};
+PALPATE_SIZE(SharedNoisePush, 32);
 
 struct LeftOutErrorPush {
   ivec4 cells;  // w: the part that was left out

@@ -8,7 +8,8 @@
 //   q <- P( (q + t D2 u) / (1 + t e / c) ),  P(q) = q / max(1, |q| / c)
 //   (D2 u)_aa(i) = s_a^2 (u(i + e_a) - 2 u(i) + u(i - e_a))
 //   (D2 u)_ab(i) = sqrt(2) s_a s_b (u(i + e_a + e_b) - u(i + e_a) - u(i + e_b) + u(i)),  a < b
-// c = lambda h (1 + more), more, e, t and s as in tv_dual.comp
+// c = lambda h (1 + min(more, 0)): where the first derivatives get a larger weight, these do not, since motion that is
+// not explained has borders. more, e, t and s as in tv_dual.comp
 //
 // binding  direction  format                   shape            unit
 // 0        in         uint                     bricks listed    packed brick coordinates
@@ -62,7 +63,7 @@ void main() {
   const vec3 yz = READ(dual_yz, i).xyz + mixed.z * (READ(field, ivec3(i.x, hi.yz)).xyz - y1.xyz - z1.xyz + u);
 
   const float more = 0.25 * (here.w + x1.w + y1.w + z1.w);
-  const float c = push.weight.x * max(1.0 + more, kLeastWeight);
+  const float c = push.weight.x * max(1.0 + min(more, 0.0), kLeastWeight);
   const float shrink = 1.0 / (1.0 + push.weight.y * push.weight.z / c);
   const float squares = dot(xx, xx) + dot(yy, yy) + dot(zz, zz) + dot(xy, xy) + dot(xz, xz) + dot(yz, yz);
   const float scale = shrink / max(1.0, shrink * sqrt(squares) / c);

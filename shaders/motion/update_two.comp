@@ -13,7 +13,8 @@
 //   w(x) = v(x + d) + d                                                   (compositive update, Vercauteren 2009)
 // det is the smaller one of det(I + dv/dx) with forward and with backward differences: where the field is about to
 // fold, s is 0. Where a share c was chosen (window_share.comp), the narrow window adds its step with the larger one of s
-// and c.
+// and c. There c falls to 0 where most voxels under the narrow window do not count, as at the border of what both frames
+// show.
 // The weight of the total variation changes by the share `more`: 0 where s is 0; where s is 1 it becomes `strong`,
 // reduced where the narrow window's step is well determined.
 //   T = N g / (r_n^2 - g),  g = b_n . (A_n + l I)^-1 b_n                  (what a step explains, in units of its noise)
@@ -63,7 +64,6 @@ void main() {
   const float det = min(determinant_of(cell, 1), determinant_of(cell, -1));
   const float flat_enough = smoothstep(kSteepest, kGentle, det);
   const float s = smoothstep(push.share.x, push.share.y, rho) * flat_enough;
-  const float chosen = push.filter_weight.w > 0.0 ? left.x * flat_enough : 0.0;
   const float damping = mix(push.step.x, push.step.y, s);
 
   const vec4 w0 = READ(wide0, cell);
@@ -72,6 +72,7 @@ void main() {
 
   const vec4 n0 = READ(narrow0, cell);
   const vec4 n2 = READ(narrow2, cell);
+  const float chosen = push.filter_weight.w > 0.0 ? left.x * flat_enough * smoothstep(kFew, kMost, n2.z) : 0.0;
   const Symmetric a_narrow = matrix_of(n0, READ(narrow1, cell), n2);
   d += max(s, chosen) * solved(a_narrow, damping, n0.xyz - times(a_narrow, d));
   d = shortened(d, push.step.z);

@@ -170,6 +170,28 @@ TEST_F(LeftOutKernels, LeaveBlocksOutInTurns) {
     }
 }
 
+TEST_F(LeftOutKernels, SayHowManyVoxelsShareTheirNoise) {
+  uint32_t seed = 440;
+  for (const glm::ivec3 cells : kSizes) {
+    SCOPED_TRACE(text(cells));
+    make(cells, seed += 3);
+    constexpr double kVoxels = 64.0;
+    const auto equations = equations_of(images);
+    Texels expected(cells);
+    for (size_t i = 0; i < expected.values.size(); ++i)
+      expected.values[i] = oracle::shared_noise(equations.values[i], kVoxels);
+    const std::vector<DeviceImage> e = put_equations();
+    const DeviceImage noise = output(cells, Format::kRgba32);
+    const BrickList bricks = every_second_brick(cells);
+    const vulkan::Buffer list = upload_bricks(context(), bricks);
+    dispatch(kernels()->shared_noise(),
+             {list, nearest(e[0]), nearest(e[1]), nearest(e[2]), noise.image},
+             shaders::SharedNoisePush{glm::ivec4(cells, 0), glm::vec4(kVoxels, 0, 0, 0)},
+             slice_groups(bricks));
+    expect_cells(noise, expected, bricks, 4, 100.0, kUpdate);
+  }
+}
+
 TEST_F(LeftOutKernels, FitOnFromTheEquationsOfOneField) {
   uint32_t seed = 460;
   for (const glm::ivec3 cells : kSizes) {

@@ -121,6 +121,33 @@ TEST(NoiseLeft, IsNotSaidWithFewCellsAndIsZeroWithoutDifferences) {
   EXPECT_EQ(noise_left(std::vector<CellLeft>(500, CellLeft{1.0F, 0.3F})), 0.0);
 }
 
+/// Cells of rising structure, of which the quarter with the least has the k and u of its name and
+/// the others those of motion.
+std::vector<CellNoise> cells_noise(float shared, float share, size_t count) {
+  std::vector<CellNoise> cells;
+  for (size_t i = 0; i < count; ++i) {
+    // Not in the order of their structure.
+    const size_t place = i * 7919 % count;
+    const bool least = place < count / 4;
+    cells.push_back({float(place) / float(count), least ? shared : 9.0F, least ? share : 0.9F});
+  }
+  return cells;
+}
+
+TEST(CellsShareNoise, WhereTheFramesShowLeastAndDifferInThatToo) {
+  EXPECT_TRUE(cells_share_noise(cells_noise(6.8F, 0.57F, 4000)));
+  EXPECT_TRUE(cells_share_noise(cells_noise(3.4F, 0.21F, 4000)));
+  // White noise, and motion that was not found.
+  EXPECT_FALSE(cells_share_noise(cells_noise(0.7F, 0.95F, 4000)));
+  EXPECT_FALSE(cells_share_noise(cells_noise(12.0F, 0.05F, 4000)));
+}
+
+TEST(CellsShareNoise, IsTakenForTrueWithFewCells) {
+  EXPECT_TRUE(cells_share_noise(cells_noise(0.7F, 0.95F, 63)));
+  EXPECT_FALSE(cells_share_noise(cells_noise(0.7F, 0.95F, 64)));
+  EXPECT_TRUE(cells_share_noise({}));
+}
+
 TEST(MotionPlan, CountsTheImagesOfTheSecondWindow) {
   const Grid grid = plain_grid({96, 80, 64});
   MotionOptions one = *motion_preset("balanced");

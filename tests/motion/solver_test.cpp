@@ -106,6 +106,35 @@ TEST_F(Solver, ChoosesTheWindowThatPredictsWhatIsLeftOut) {
             1.1 * error_voxels(plain, motion_of(plain.fixed, plain.moving, not_choosing)).mean);
 }
 
+/// Noise with structures of several voxels, as in images that were enlarged: neighbouring cells
+/// share it, so each predicts that of the other. The narrow window must not be chosen for that.
+TEST_F(Solver, DoesNotFollowNoiseThatCellsShare) {
+  AffineMap map;
+  map.shift_mm = {1.6, -2.4, 1.3};
+  MadePair pair = made_pair(plain_grid({64, 60, 56}), map, 3, 2.0);
+  const auto add_noise = [](Volume& volume, uint32_t seed) {
+    constexpr double kStructure = 6.0, kAmplitude = 20.0;
+    for (int k = 0; k < volume.grid.size.z; ++k)
+      for (int j = 0; j < volume.grid.size.y; ++j)
+        for (int i = 0; i < volume.grid.size.x; ++i)
+          volume.values[volume.grid.offset(i, j, k)] +=
+              float(kAmplitude * texture::smooth_noise(seed, glm::dvec3(i, j, k) / kStructure));
+  };
+  add_noise(pair.fixed, 11);
+  add_noise(pair.moving, 12);
+  for (const char* name : {"balanced", "best"}) {
+    const EstimatorOptions choosing = preset(name);
+    EstimatorOptions not_choosing = choosing;
+    not_choosing.motion.yield.choose_after = 0;
+    const double with = error_voxels(pair, motion_of(pair.fixed, pair.moving, choosing)).mean;
+    const double without =
+        error_voxels(pair, motion_of(pair.fixed, pair.moving, not_choosing)).mean;
+    EXPECT_LT(with, 1.05 * without) << name;
+    RecordProperty(std::string(name) + "_mean_voxel", std::to_string(with));
+    RecordProperty(std::string(name) + "_without", std::to_string(without));
+  }
+}
+
 /// An organ that slides past a still wall: the step that compares intensities puts the border in
 /// its place, on both sides, with any gain between the frames, and no cell folds.
 TEST_F(Solver, PutsTheBorderOfASlidingOrganInItsPlace) {

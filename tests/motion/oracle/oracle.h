@@ -148,7 +148,8 @@ struct TwoWindowsStep {
 ///   rho = max(0, r^2 - W (counted - q)) / (2 q + flat counted),
 /// and more = s (weight / (1 + T / evidence) - 1) from T = N g / (r_n^2 - g) with
 /// g = b_n . (A_n + l)^-1 b_n. chosen: null, or shares of the narrow window; its step is then added
-/// with the larger one of s and the share, which falls near folding as s does.
+/// with the larger one of s and the share, which falls near folding as s does, and where few voxels
+/// under the narrow window count.
 TwoWindowsStep update_two(const Samples<NormalEquations>& wide,
                           const Samples<NormalEquations>& narrow,
                           const Samples<NormalEquations>& coarser, const Vectors& v,
@@ -160,6 +161,9 @@ bool is_left_out(glm::ivec3 cell, int part);
 
 /// The equations, zero at the cells of the part.
 Samples<NormalEquations> leave_out(const Samples<NormalEquations>& equations, int part);
+
+/// k = N w |b|^2 / (r^2 tr A), q / w, u = r^2 / (2 q) and w, N the voxels of the cell.
+glm::dvec4 shared_noise(const NormalEquations& equations, double voxels);
 
 /// v + d, d = (A + damping)^-1 (b - A (v - u0)), shortened.
 Vectors refit(const Samples<NormalEquations>& equations, const Vectors& v, const Vectors& u0,
@@ -197,7 +201,7 @@ using SecondDual = std::array<Vectors, 6>;
 Vectors tv_second_primal(const Vectors& w, const SecondDual& q, glm::dvec3 slope);
 
 /// q <- P((q + t D2 u) / (1 + t e / c)), P the projection onto the ball of radius c, over the 18
-/// numbers of a cell together. more: as in tv_dual().
+/// numbers of a cell together. more: as in tv_dual(), but it only reduces the weight.
 SecondDual tv_second_dual(const Vectors& u, const SecondDual& q, glm::dvec3 slope, double c_mm,
                           double step, double huber_mm, const Scalars* more = nullptr);
 

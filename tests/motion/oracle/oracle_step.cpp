@@ -83,7 +83,8 @@ TwoWindowsStep update_two(const Samples<NormalEquations>& wide,
         std::min(determinant_of(v, i, cell_mm, 1), determinant_of(v, i, cell_mm, -1));
     const double unfolded = smooth_step(shaders::kSteepest, shaders::kGentle, det);
     const double s = smooth_step(with.low, with.high, rho) * unfolded;
-    const double added = chosen ? std::max(s, chosen->at(i) * unfolded) : s;
+    const double seen = smooth_step(shaders::kFew, shaders::kMost, narrow.at(i).counted);
+    const double added = chosen ? std::max(s, chosen->at(i) * unfolded * seen) : s;
     const glm::dmat3 damping(glm::mix(with.damping_per_mm2[0], with.damping_per_mm2[1], s));
 
     glm::dvec3 d = shortened(glm::inverse(wide.at(i).a + damping) * wide.at(i).b);
@@ -101,7 +102,7 @@ TwoWindowsStep update_two(const Samples<NormalEquations>& wide,
 }
 
 bool is_left_out(glm::ivec3 cell, int part) {
-  return (cell.x / 4 + cell.y / 4 + cell.z / 4) % 2 == part;
+  return (cell.x / 2 + cell.y / 2 + cell.z / 2) % 2 == part;
 }
 
 Samples<NormalEquations> leave_out(const Samples<NormalEquations>& equations, int part) {
@@ -110,6 +111,12 @@ Samples<NormalEquations> leave_out(const Samples<NormalEquations>& equations, in
     if (is_left_out(i, part)) left.at(i) = NormalEquations();
   });
   return left;
+}
+
+glm::dvec4 shared_noise(const NormalEquations& e, double voxels) {
+  const double trace = e.a[0][0] + e.a[1][1] + e.a[2][2];
+  return {voxels * e.counted * glm::dot(e.b, e.b) / (e.residual * trace), e.structure / e.counted,
+          e.residual / (2.0 * e.structure), e.counted};
 }
 
 Vectors refit(const Samples<NormalEquations>& equations, const Vectors& v, const Vectors& u0,
@@ -226,7 +233,7 @@ SecondDual tv_second_dual(const Vectors& u, const SecondDual& q, glm::dvec3 slop
   SecondDual result = q;
   const auto differences = second_differences(slope);
   for_each(u.size, [&](glm::ivec3 i) {
-    const double radius = c_mm * weight_at(i, more);
+    const double radius = c_mm * std::min(1.0, weight_at(i, more));
     double squares = 0.0;
     for (size_t d = 0; d < q.size(); ++d) {
       glm::dvec3& at = result[d].at(i);
