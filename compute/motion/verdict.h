@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -79,8 +80,10 @@ struct Limits {
   Limit inverse_mean_voxels{2.0, 4.0};
   /// Inverse consistency, 99th percentile, voxels of each axis. Good: up to 5.8, at the border of
   /// the image, at sliding borders and where slices enter and leave; wrong: from 7.7, mostly above
-  /// 15.
-  Limit inverse_p99_voxels{7.0, 15.0};
+  /// 15. Never failed by this alone: livers that move by 20 mm past a still wall have 15 and more,
+  /// with fields that are right to 2 mm inside (landmarks), where the quick backward field is
+  /// wrong.
+  Limit inverse_p99_voxels{7.0, std::numeric_limits<double>::infinity()};
   /// Drift after one cycle, mean, voxels of each axis. palpate requires 0.3 of its own results;
   /// plain chaining reaches one.
   Limit drift_mean_voxels{1.0, 4.0};
