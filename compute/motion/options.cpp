@@ -16,7 +16,7 @@ std::optional<MotionOptions> motion_preset(std::string_view name) {
     options.search_work = 1e7;
     options.yield.window = 2.5;
   } else if (name == "balanced") {
-    options.levels = {{10, 4, 7.0, 0.06, 0.0125}, {12, 4, 3.0, 0.16}, {25, 4, 3.0, 0.1}};
+    options.levels = {{10, 4, 7.0, 0.06, 0.005}, {12, 4, 3.0, 0.16}, {25, 4, 3.0, 0.1}};
     options.filter_steps = 3;
     options.search_work = 1e7;
     options.yield.window = 2.5;
