@@ -244,7 +244,9 @@ TEST_F(LiveFrames, ThatRepeatBecomeACycleUntilTheyNoLongerDo) {
   EXPECT_GT(live_->numbers().kept, 5u);
   // Further cycles improve the motion, without a step of the force.
   const auto first = session_->scene()->volumes[0].data;
-  EXPECT_EQ(live_->numbers().cycles, 1);
+  // How many are in it by now depends on the machine.
+  EXPECT_GE(live_->numbers().cycles, 1);
+  EXPECT_LT(live_->numbers().cycles, 3);
   push_until([&] { return live_->numbers().cycles >= 3; }, [&](size_t) { every_100_ms(k++ % 8); });
   EXPECT_GE(live_->numbers().cycles, 3);
   const auto refined = session_->scene()->volumes[0].data;
