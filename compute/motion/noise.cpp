@@ -102,7 +102,7 @@ std::optional<double> noise_left(std::vector<CellLeft> cells) {
 bool cells_share_noise(std::vector<CellNoise> cells) {
   // Between a PET scan that was enlarged (k 6.8, u 0.57; the thorax MR so: 3.4, 0.21) and images
   // without noise in motion that was not found (k 5 to 12, u at most 0.15).
-  constexpr float kShared = 3.0F, kShare = 0.18F;
+  constexpr float kCorrelated = 3.0F, kDifferent = 0.18F;
   if (cells.size() < kLeastCells) return true;
   const auto quarter = cells.begin() + std::ptrdiff_t(cells.size() / 4);
   std::nth_element(cells.begin(), quarter, cells.end(), [](const CellNoise& a, const CellNoise& b) {
@@ -114,7 +114,7 @@ bool cells_share_noise(std::vector<CellNoise> cells) {
                      [&](const CellNoise& a, const CellNoise& b) { return a.*what < b.*what; });
     return (*middle).*what;
   };
-  return median(&CellNoise::shared) > kShared && median(&CellNoise::share) > kShare;
+  return median(&CellNoise::correlated) > kCorrelated && median(&CellNoise::different) > kDifferent;
 }
 
 }  // namespace palpate

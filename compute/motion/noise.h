@@ -33,9 +33,9 @@ std::optional<double> noise_left(std::vector<CellLeft> cells);
 
 /// What one cell's equations say of its noise (shaders/motion/shared_noise.comp).
 struct CellNoise {
-  float structure;  ///< q, as in CellLeft
-  float shared;     ///< k, how many of its voxels share their noise; 0.7 in the median if none do
-  float share;      ///< u, the part of the frames' variance that is a difference between them
+  float structure;   ///< q, as in CellLeft
+  float correlated;  ///< k, how many of its voxels share their noise; 0.7 in the median if none do
+  float different;   ///< u, the part of the frames' variance that is a difference between them
 };
 
 /// Whether noise is correlated over so many voxels that neighbouring cells share it: then cells

@@ -21,7 +21,7 @@ namespace {
 constexpr int kBatch = 5;
 constexpr double kAllIsNoise = 2.0;     // r^2 of normalised frames that share nothing
 constexpr double kLeastCounted = 0.1;   // cells with a smaller share of counting voxels are ignored
-constexpr double kMostlyCounted = 0.9;  // the same, where noise is told of single cells
+constexpr float kMostlyCounted = 0.9F;  // the same, where noise is told of single cells
 constexpr double kStable = 0.95;        // dual steps, of the longest ones that are stable
 // SD of the window over the differences of two fields, to choose between them, in cells
 constexpr double kChoiceSigma = 1.0;
@@ -69,7 +69,7 @@ std::optional<double> noise_of(std::span<const uint64_t> left) {
 bool share_noise(std::span<const uint64_t> noise) {
   return cells_share_noise(
       noise_cells<CellNoise>(noise, [](glm::vec4 e) -> std::optional<CellNoise> {
-        if (e.w < float(kMostlyCounted)) return std::nullopt;
+        if (e.w < kMostlyCounted) return std::nullopt;
         return CellNoise{e.y, e.x, e.z};
       }));
 }
@@ -723,7 +723,8 @@ std::optional<SolveReport> PairSolver::solve(const FramePyramid& fixed, const Fr
       });
     };
     const int before = plan_.options.yield.choose_after;
-    const bool chooses = yields(plan_, l) && before > 0 && before < iterations;
+    // An iteration after the choice finds out whether the motion left the part that is there.
+    const bool chooses = yields(plan_, l) && before > 0 && before + 1 < iterations;
     bool in_reach = true;
     if (chooses) {
       in_reach = go_on(before);

@@ -80,9 +80,9 @@ struct Limits {
   Limit inverse_mean_voxels{2.0, 4.0};
   /// Inverse consistency, 99th percentile, voxels of each axis. Good: up to 5.8, at the border of
   /// the image, at sliding borders and where slices enter and leave; wrong: from 7.7, mostly above
-  /// 15. Never failed by this alone: livers that move by 20 mm past a still wall have 15 and more,
-  /// with fields that are right to 2 mm inside (landmarks), where the quick backward field is
-  /// wrong.
+  /// 15. Never failed by this alone: two livers that move by 20 mm past a still wall have more than
+  /// 15 because the quick backward field is wrong there, while landmarks inside are off by 2.5 and
+  /// 2.8 mm with the field itself.
   Limit inverse_p99_voxels{7.0, std::numeric_limits<double>::infinity()};
   /// Drift after one cycle, mean, voxels of each axis. palpate requires 0.3 of its own results;
   /// plain chaining reaches one.

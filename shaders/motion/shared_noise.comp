@@ -5,7 +5,7 @@
 // What a cell's equations say of the noise in it.
 //   k = N w |b|^2 / (r^2 tr A)     0.7 in the median where the noise of its N voxels is white; as much larger as voxels
 //                                  share their noise, or as motion is left that all of them show
-//   u = r^2 / (2 q)                the share of the difference that no motion explains, 1 where the frames share nothing
+//   u = r^2 / (2 q)                how much of what the frames show differs between them, 1 where they share nothing
 //
 // binding  direction  format               shape            unit
 // 0        in         uint                 bricks listed    packed brick coordinates
