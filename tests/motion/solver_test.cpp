@@ -106,6 +106,22 @@ TEST_F(Solver, ChoosesTheWindowThatPredictsWhatIsLeftOut) {
             1.1 * error_voxels(plain, motion_of(plain.fixed, plain.moving, not_choosing)).mean);
 }
 
+/// The iteration that chooses is one like the others: it must not lose the momentum of those before
+/// it. Here it never takes the narrow window.
+TEST_F(Solver, GoesOnWithItsMomentumAfterTheChoice) {
+  EstimatorOptions choosing = preset("balanced"), not_choosing = choosing;
+  choosing.motion.yield.gain_low = 1e3;
+  choosing.motion.yield.gain_high = 2e3;
+  not_choosing.motion.yield.choose_after = 0;
+  const MadePair waves = wave_pair(plain_grid({56, 48, 64}), 0.6, 30.0);
+  const double with = error_voxels(waves, motion_of(waves.fixed, waves.moving, choosing)).mean;
+  const double without =
+      error_voxels(waves, motion_of(waves.fixed, waves.moving, not_choosing)).mean;
+  EXPECT_LT(with, 1.01 * without);
+  RecordProperty("mean_voxel", std::to_string(with));
+  RecordProperty("without", std::to_string(without));
+}
+
 /// Noise with structures of several voxels, as in images that were enlarged: neighbouring cells
 /// share it, so each predicts that of the other. The narrow window must not be chosen for that.
 TEST_F(Solver, DoesNotFollowNoiseThatCellsShare) {
