@@ -85,15 +85,6 @@ double second_dual_step(glm::dvec3 slope) {
   return 1.0 / (16.0 * std::pow(glm::dot(slope, slope), 2));
 }
 
-/// Step number k of n of a cycle of dual steps, in the longest one that is stable alone. Longer and
-/// shorter steps together are stable and lead further than n equal ones: n (n + 1) / 3 instead of n
-/// (fast explicit diffusion; Weickert et al. 2016, "Cyclic schemes for PDE-based image analysis").
-/// The longest is the first one, so that the others damp what it amplifies.
-double cycle_step(int k, int n) {
-  const double c = std::cos(std::numbers::pi * (2 * (n - 1 - k) + 1) / (4 * n + 2));
-  return 1.0 / (2.0 * c * c);
-}
-
 /// Factors on differences per axis, relative to the coarsest axis of the field: anisotropic cells
 /// get isotropic smoothness. An axis of one cell has no differences and does not count.
 glm::dvec3 slopes(const LevelPlan& level) {
@@ -117,6 +108,11 @@ glm::dvec3 widening_sigma(const LevelPlan& level, double narrow) {
 }
 
 }  // namespace
+
+double cycle_step(int k, int n) {
+  const double c = std::cos(std::numbers::pi * (2 * (n - 1 - k) + 1) / (4 * n + 2));
+  return 1.0 / (2.0 * c * c);
+}
 
 double window_voxels(const LevelPlan& level, double window) {
   double voxels = 1.0;

@@ -8,6 +8,7 @@
 #include "compute/motion/intensity.h"
 #include "compute/motion/noise.h"
 #include "compute/motion/plan.h"
+#include "compute/motion/solver.h"
 #include "compute/motion/selection.h"
 #include "compute/volume/phantom_texture.h"
 #include "tests/motion/made_pairs.h"
@@ -119,6 +120,26 @@ TEST(NoiseLeft, IsNotSaidWithFewCellsAndIsZeroWithoutDifferences) {
   EXPECT_FALSE(noise_left({}));
   EXPECT_EQ(noise_left(cells_left(0.0, 0.0, 500, 5)), 0.0);
   EXPECT_EQ(noise_left(std::vector<CellLeft>(500, CellLeft{1.0F, 0.3F})), 0.0);
+}
+
+TEST(CycleStep, IsStableAsAWholeAndLeadsFurtherThanEqualSteps) {
+  for (int n = 1; n <= 8; ++n) {
+    SCOPED_TRACE(n);
+    double sum = 0.0;
+    for (int k = 0; k < n; ++k) {
+      sum += cycle_step(k, n);
+      if (k > 0) {
+        EXPECT_LT(cycle_step(k, n), cycle_step(k - 1, n));
+      }
+    }
+    EXPECT_NEAR(sum, n * (n + 1) / 3.0, 1e-12 * n * n);
+    // What a cycle makes of each eigenvalue; a step of 1 is the longest that is stable alone.
+    for (int i = 0; i <= 1000; ++i) {
+      double left = 1.0;
+      for (int k = 0; k < n; ++k) left *= 1.0 - 2.0 * cycle_step(k, n) * i / 1000.0;
+      EXPECT_LE(std::abs(left), 1.0 + 1e-12) << "eigenvalue " << i;
+    }
+  }
 }
 
 /// Cells of rising structure, of which the quarter with the least has the k and u of its name and
