@@ -21,6 +21,8 @@
 #include "spirv/motion/matching_cost_loads.h"
 #include "spirv/motion/measure.h"
 #include "spirv/motion/measure_loads.h"
+#include "spirv/motion/median.h"
+#include "spirv/motion/median_loads.h"
 #include "spirv/motion/moments.h"
 #include "spirv/motion/moments_loads.h"
 #include "spirv/motion/normal_equations.h"
@@ -184,9 +186,9 @@ const vulkan::Kernel& MotionKernels::sliding_moments() {
   return get({k_motion_sliding_moments, k_motion_sliding_moments_loads},
              sizeof(SlidingMomentsPush));
 }
-const vulkan::Kernel& MotionKernels::sliding_cost(bool own) {
+const vulkan::Kernel& MotionKernels::sliding_cost(bool own, bool alone) {
   return get({k_motion_sliding_cost, k_motion_sliding_cost_loads}, sizeof(SlidingCostPush),
-             {own ? 1U : 0U});
+             {own ? 1U : 0U, alone ? 1U : 0U});
 }
 const vulkan::Kernel& MotionKernels::sliding_find() {
   return get({k_motion_sliding_find, k_motion_sliding_find_loads}, sizeof(SlidingFindPush));
@@ -202,6 +204,9 @@ const vulkan::Kernel& MotionKernels::sliding_take() {
 }
 const vulkan::Kernel& MotionKernels::blend_along() {
   return get({k_motion_blend_along, k_motion_blend_along_loads}, sizeof(BlendAlongPush));
+}
+const vulkan::Kernel& MotionKernels::median() {
+  return get({k_motion_median, k_motion_median_loads}, sizeof(MedianPush));
 }
 const vulkan::Kernel& MotionKernels::classic_force() {
   return get({k_motion_classic_force, k_motion_classic_force_loads}, sizeof(ClassicPush));

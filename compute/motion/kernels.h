@@ -51,12 +51,13 @@ class MotionKernels {
   const vulkan::Kernel& left_out_error();
   const vulkan::Kernel& window_share();
   const vulkan::Kernel& sliding_moments();
-  const vulkan::Kernel& sliding_cost(bool own);
+  const vulkan::Kernel& sliding_cost(bool own, bool alone);
   const vulkan::Kernel& sliding_work();
   const vulkan::Kernel& sliding_find();
   const vulkan::Kernel& sliding_choose();
   const vulkan::Kernel& sliding_take();
   const vulkan::Kernel& blend_along();
+  const vulkan::Kernel& median();
   const vulkan::Kernel& classic_force();
 
   /// Records to clear an image to 0, on a GPU much faster than Recorder::clear().

@@ -18,9 +18,10 @@ struct FoldRepair {
 };
 
 /// Smooths a field on a level's cells where it folds, until there are no folds. The first `along`
-/// rounds smooth only along the jumps of the field, which keeps sliding borders; the later ones
-/// smooth in all directions, which always ends. `looked_at`, sorted: the bricks that may fold;
-/// outside them both images must be equal, and flags 0. Throws vulkan::Failure.
+/// rounds straighten borders and smooth only along the jumps of the field, which keeps sliding
+/// borders; the later ones smooth in all directions, which always ends. `looked_at`, sorted: the
+/// bricks that may fold; outside them both images must be equal, and flags 0. Throws
+/// vulkan::Failure.
 void repair_folds(vulkan::Recorder& recorder, MotionKernels& kernels, const LevelPlan& level,
                   double min_determinant, int along, const FoldRepair& repair, BrickList looked_at,
                   SolveReport& report);

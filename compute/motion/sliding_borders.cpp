@@ -15,6 +15,7 @@ namespace {
 constexpr double kGainSigma = 12.0;
 // h: SD of the Gaussian over the costs, each of which is the mean over one cell
 constexpr double kCostSigma = 1.4;
+constexpr double kAlone = 0.5;    // cells: below this SD of the Gaussian each cell is judged alone
 constexpr double kStep = 4.0;     // h: distance between candidates
 constexpr int kRoundsAlong = 40;  // rounds of repair that keep sliding borders
 // |slope|^2 of the solved field along an axis, below which the finer field can not fold. Slopes a,
@@ -25,6 +26,10 @@ constexpr int kRoundsAlong = 40;  // rounds of repair that keep sliding borders
 constexpr float kCubicSteeper = 1.375F * 1.1875F * 1.1875F;
 constexpr float kMayFold = 0.9F / (3.0F * kCubicSteeper * kCubicSteeper);
 constexpr int kCandidates = 6 * shaders::kSlidingSteps;
+
+glm::dvec3 cost_sigma(const LevelPlan& level) {
+  return kCostSigma * level.h_mm / level.cell_mm;
+}
 
 void list(const BrickList& bricks, vulkan::Buffer& buffer) {
   std::copy(bricks.begin(), bricks.end(), buffer.as<uint32_t>().begin());
@@ -42,6 +47,7 @@ SlidingBorders::SlidingBorders(std::shared_ptr<vulkan::Context> context,
       fine_(result_level(plan)),
       step_(glm::max(glm::ivec3(glm::round(kStep * fine_.h_mm / fine_.cell_mm)), glm::ivec3(1))),
       different_(options_.apart * fine_.h_mm, options_.slope, 0, 0),
+      alone_(glm::all(glm::lessThan(cost_sigma(fine_), glm::dvec3(kAlone)))),
       coarse_bricks_(all_bricks(level_.cells)),
       coarse_list_(upload_bricks(context_, coarse_bricks_)),
       list_(upload_bricks(context_, all_bricks(fine_.cells))),
@@ -94,43 +100,47 @@ void SlidingBorders::record_cost(int first, const FramePyramid& fixed, const Fra
   const vulkan::Sampler& nearest = kernels_->nearest();
   const double floor = fixed.noise();
   const double limit = options_.limit;
-  recorder_.dispatch(kernels_->sliding_cost(first < 0),
-                     {near_list_,
-                      {fixed.raw(), nearest},
-                      {moving.raw(), linear},
-                      {field_, nearest},
-                      {means, linear},
-                      {fixed.level(0), nearest},
-                      costs_},
-                     shaders::SlidingCostPush{wide(fine_.cells),
-                                              wide(fine_.cell),
-                                              wide(fine_.image_size),
-                                              glm::vec4(fine_.spacing_mm, 1.0 / (limit * limit)),
-                                              wide(level_.cells * level_.cell),
-                                              wide(step_, first),
-                                              {float(floor * floor), 0, 0, 0}},
-                     slice_groups(near));
+  recorder_.dispatch(
+      kernels_->sliding_cost(first < 0, alone_),
+      {near_list_,
+       {fixed.raw(), nearest},
+       {moving.raw(), linear},
+       {field_, nearest},
+       {means, linear},
+       {fixed.level(0), nearest},
+       costs_},
+      shaders::SlidingCostPush{wide(fine_.cells),
+                               wide(fine_.cell),
+                               wide(fine_.image_size),
+                               glm::vec4(fine_.spacing_mm, 1.0 / (limit * limit)),
+                               wide(level_.cells * level_.cell),
+                               wide(step_, first),
+                               {float(floor * floor), different_.x, different_.y, 0}},
+      slice_groups(near));
 }
 
-/// Sums costs_ over the neighbourhood of each cell of near_list_; returns the image with the
-/// result.
+/// Sums costs_ over the neighbourhood of each cell of near_list_, unless cells are judged alone;
+/// returns the image with the result.
 const vulkan::Image& SlidingBorders::record_smooth(const BrickList& bricks) {
-  const glm::dvec3 sigma = kCostSigma * fine_.h_mm / fine_.cell_mm;
-  const bool swapped = record_gauss(recorder_, *kernels_, near_list_, brick_groups(bricks), sigma,
-                                    {&costs_}, {&smoothed_});
+  if (alone_) return costs_;
+  const bool swapped = record_gauss(recorder_, *kernels_, near_list_, brick_groups(bricks),
+                                    cost_sigma(fine_), {&costs_}, {&smoothed_});
   return swapped ? smoothed_ : costs_;
 }
 
 /// Interpolates the field onto the finer cells. Returns per brick the candidates (bits) that lie
-/// across a border in the solved field, and the bricks in which it is steep enough to fold.
+/// across a border in the solved field, and the bricks in which it is so steep that its
+/// interpolation may fold.
 SlidingBorders::SteepCandidates SlidingBorders::begin(const vulkan::Image& solved) {
   const vulkan::Sampler& nearest = kernels_->nearest();
   const glm::ivec3 ratio = level_.cell / fine_.cell;
   const glm::dvec3 scale = 1.0 / glm::dvec3(ratio);
   const glm::ivec3 bricks = brick_count(fine_.cells);
   recorder_.restart();
+  const vulkan::Kernel& upsample =
+      fine_.cell == level_.cell ? kernels_->upsample() : kernels_->upsample_cubic();
   recorder_.dispatch(
-      kernels_->upsample_cubic(), {{solved, nearest}, field_, other_},
+      upsample, {{solved, nearest}, field_, other_},
       shaders::UpsamplePush{wide(fine_.cells), wide(level_.cells), glm::vec4(scale, options_.cubic),
                             glm::vec4(0.5 * scale - 0.5, 0)},
       {(fine_.cells.x + 63) / 64, fine_.cells.y, fine_.cells.z});
@@ -146,7 +156,8 @@ SlidingBorders::SteepCandidates SlidingBorders::begin(const vulkan::Image& solve
   const auto work = work_.as<uint32_t>();
   for (size_t i = 0; i < all.size(); ++i) {
     if (work[2 * i]) found.candidates[all[i]] = work[2 * i];
-    if (std::bit_cast<float>(work[2 * i + 1]) > kMayFold) found.steep.push_back(all[i]);
+    if (fine_.cell != level_.cell && std::bit_cast<float>(work[2 * i + 1]) > kMayFold)
+      found.steep.push_back(all[i]);
   }
   return found;
 }
@@ -183,7 +194,7 @@ SlidingBorders::Candidates SlidingBorders::find_work(const BrickList& bricks,
 void SlidingBorders::choose(int first, const BrickList& bricks, const FramePyramid& fixed,
                             const FramePyramid& moving, const vulkan::Image& means) {
   const vulkan::Sampler& nearest = kernels_->nearest();
-  const BrickList near = with_neighbours(bricks, fine_.cells);
+  const BrickList near = read_around(bricks);
   list(near, near_list_);
   list(bricks, list_);
   recorder_.restart();
@@ -207,6 +218,11 @@ void SlidingBorders::record_take(const BrickList& bricks) {
   std::swap(field_, other_);
 }
 
+/// The bricks whose costs are summed in these.
+BrickList SlidingBorders::read_around(const BrickList& bricks) const {
+  return alone_ ? bricks : with_neighbours(bricks, fine_.cells);
+}
+
 /// The bricks of which any of these candidates (bits) may be better.
 BrickList SlidingBorders::with(const Candidates& all, uint32_t candidates) {
   BrickList result;
@@ -226,7 +242,7 @@ bool SlidingBorders::solve(const FramePyramid& fixed, const FramePyramid& moving
   Candidates wanted;
   const vulkan::Image* means = nullptr;
   if (!bordering.empty()) {
-    const BrickList near = with_neighbours(bordering, fine_.cells);
+    const BrickList near = read_around(bordering);
     list(near, near_list_);
     recorder_.restart();
     means = &record_means(fixed, moving, solved);
@@ -248,7 +264,7 @@ bool SlidingBorders::solve(const FramePyramid& fixed, const FramePyramid& moving
   kernels_->record_clear(recorder_, costs_);  // from here on it holds the flags of folds
   recorder_.run();
 
-  // 4. Repair folds, of the candidates and of the cubic interpolation.
+  // 4. Repair folds, of the candidates and of the interpolation.
   BrickList may_fold = changed;
   may_fold.insert(may_fold.end(), found.steep.begin(), found.steep.end());
   repair_folds(recorder_, *kernels_, fine_, min_determinant_, kRoundsAlong,

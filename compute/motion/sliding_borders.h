@@ -45,6 +45,7 @@ class SlidingBorders {
   void choose(int first, const BrickList& bricks, const FramePyramid& fixed,
               const FramePyramid& moving, const vulkan::Image& means);
   void record_take(const BrickList& bricks);
+  BrickList read_around(const BrickList& bricks) const;
   static BrickList with(const Candidates& all, uint32_t candidates);
 
   std::shared_ptr<vulkan::Context> context_;
@@ -54,6 +55,7 @@ class SlidingBorders {
   const LevelPlan level_, fine_;
   const glm::ivec3 step_;      // cells between candidates
   const glm::vec4 different_;  // when two motions count as on two sides of a border
+  const bool alone_;           // each cell is judged by its own voxels, not by its neighbours', too
   const BrickList coarse_bricks_;
   vulkan::Buffer coarse_list_;
   vulkan::Buffer list_, near_list_;  // bricks in work, and these with their neighbourhood

@@ -241,8 +241,8 @@ struct ClassicPush {
 PALPATE_SIZE(ClassicPush, 32);
 
 struct FoldsPush {
-  ivec4 cells;
-  ivec4 cell;  // image voxels per cell
+  ivec4 cells;  // w: 1 at the voxels, too; 0 at the cells' middles only
+  ivec4 cell;   // image voxels per cell
   ivec4 image_size;
   vec4 spacing_mm;  // of the image; w: smallest determinant allowed
 };
@@ -278,7 +278,9 @@ struct SlidingCostPush {
   vec4 spacing_mm;  // of the images; w: 1 / limit^2 of a difference of intensities
   ivec4 coarse;     // voxels that the cells of the moments cover, also beyond the image
   ivec4 step;       // cells from candidate to candidate along each axis; w: the first candidate
-  vec4 noise;       // x: f^2, the noise variance
+  // x: f^2, the noise variance; across a border: y: least difference in mm; z: least difference /
+  // distance
+  vec4 noise;
 };
 PALPATE_SIZE(SlidingCostPush, 112);
 
@@ -306,6 +308,11 @@ struct SlidingTakePush {
   ivec4 step;  // cells between candidates along each axis
 };
 PALPATE_SIZE(SlidingTakePush, 32);
+
+struct MedianPush {
+  ivec4 cells;
+};
+PALPATE_SIZE(MedianPush, 16);
 
 struct BlendAlongPush {
   ivec4 cells;  // w: length of d in cells

@@ -87,7 +87,8 @@ void main() {
   if (slopes.x + slopes.y + slopes.z >= kSafe) {
     folds = smallest_determinant_at_middle(cell, cell_mm) <= push.spacing_mm.w;
     const ivec3 begin = cell * push.cell.xyz;
-    for (int k = 0; k < push.cell.x * push.cell.y * push.cell.z && !folds; ++k) {
+    const int voxels = push.cells.w * push.cell.x * push.cell.y * push.cell.z;
+    for (int k = 0; k < voxels && !folds; ++k) {
       const ivec3 voxel = begin + ivec3(k % push.cell.x, k / push.cell.x % push.cell.y, k / (push.cell.x * push.cell.y));
       // The last voxel of an axis begins no cube, except on an axis of one voxel: a slice can fold within itself.
       if (any(greaterThanEqual(voxel, max(push.image_size.xyz - 1, 1)))) continue;

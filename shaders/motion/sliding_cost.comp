@@ -20,6 +20,9 @@
 // 6        out        rgba: cost                      cells            1; of candidates first .. first + 3, or of the
 //                                                                      cell's own motion in all four where first < 0
 //
+// Where costs are not summed over neighbours (kAlone), a cell without a candidate across a border (sliding.glsl) needs
+// no cost and has 0.
+//
 // One invocation: one cell, which moves as a whole. Border: a voxel outside the mask, or whose own partner lies more
 // than half a voxel outside the image, costs 0 for every candidate; a candidate's partner outside costs 1. Cells
 // outside the field: clamped to the edge. Precision: fp32. Race: each output written once. CPU oracle:
@@ -32,6 +35,22 @@ TEXELS(5, packed_image, rgba16f);
 layout(set = 0, binding = 6) uniform writeonly image3D costs;
 layout(push_constant) uniform Push { SlidingCostPush push; };
 layout(constant_id = 0) const int kOwn = 0;
+layout(constant_id = 1) const int kAlone = 0;
+
+// Whether any of the candidates that this dispatch compares lies across a border.
+bool may_take(ivec3 cell) {
+  const vec3 u = READ(field, cell).xyz;
+  const vec3 cell_mm = push.spacing_mm.xyz * vec3(push.cell.xyz);
+  const int first = max(push.step.w, 0);
+  const int end = kOwn != 0 ? 6 * kSlidingSteps : first + 4;
+  for (int c = first; c < end; ++c) {
+    const ivec3 offset = candidate_offset(c, push.step.xyz);
+    const ivec3 from = cell + offset;
+    if (from != clamp(from, ivec3(0), push.cells.xyz - 1)) continue;
+    if (across_border(u, READ(field, from).xyz, offset, cell_mm, push.noise.yz)) return true;
+  }
+  return false;
+}
 
 bool inside(vec3 partner) {
   return all(greaterThanEqual(partner, vec3(-0.5))) && all(lessThanEqual(partner, vec3(push.size.xyz) - 0.5));
@@ -45,6 +64,10 @@ float unlike(float f, vec3 partner) {
 void main() {
   const ivec3 cell = brick_cell();
   if (beyond(cell, push.cells.xyz)) return;
+  if (kAlone != 0 && !may_take(cell)) {
+    imageStore(costs, cell, vec4(0.0));
+    return;
+  }
   const vec3 place = (vec3(cell) + 0.5) * vec3(push.cell.xyz) / vec3(push.coarse.xyz);
   const vec4 e = textureLod(means, place, 0.0);
   const float gain = (e.w - e.x * e.y + push.noise.x) / (max(e.z - e.x * e.x, 0.0) + push.noise.x);

@@ -260,14 +260,20 @@ TEST_F(FoldsKernel, FlagsCellsWhoseVoxelsFoldAtAnyCorner) {
   for (const glm::ivec3 size :
        {glm::ivec3(17, 9, 7), glm::ivec3(9, 7, 18), glm::ivec3(8, 8, 8), glm::ivec3(17, 12, 1)}) {
     for (const glm::ivec3 cell : cell_sizes) {
-      // Fields that never fold, fields near the quick bound, and fields that fold everywhere.
-      for (const double reach : {0.05, 0.2, 0.3, 0.6}) {
+      // Fields that never fold, fields near the quick bound, and fields that fold everywhere;
+      // looked at between the cells' middles, too, or there only.
+      for (const auto& [reach, between] : {std::pair(0.05, true),
+                                           {0.2, true},
+                                           {0.3, true},
+                                           {0.6, true},
+                                           {0.3, false},
+                                           {0.6, false}}) {
         SCOPED_TRACE(text(size) + " in cells of " + text(cell) + ", reach " +
-                     std::to_string(reach));
+                     std::to_string(reach) + (between ? "" : ", middles only"));
         Vectors field = random_vectors(oracle::cells_of(size, cell), ++seed, reach);
         for (glm::dvec3& u : field.values) u *= spacing_mm * glm::dvec3(cell);
         field = vectors_of(as_stored(texels_of(field), Format::kRgba32));
-        const Scalars smallest = oracle::folds(field, cell, size, spacing_mm);
+        const Scalars smallest = oracle::folds(field, cell, size, spacing_mm, between);
         const BrickList bricks = all_bricks(field.size);
         const vulkan::Buffer list = upload_bricks(context(), bricks);
         const DeviceImage u = put(texels_of(field), Format::kRgba32);
@@ -276,7 +282,7 @@ TEST_F(FoldsKernel, FlagsCellsWhoseVoxelsFoldAtAnyCorner) {
                              vulkan::Buffer::Kind::kHostVisible);
         std::fill(count.as<uint32_t>().begin(), count.as<uint32_t>().end(), 0U);
         dispatch(kernels()->folds(), {list, linear(u), flags.image, count, nearest(u)},
-                 shaders::FoldsPush{glm::ivec4(field.size, 0), glm::ivec4(cell, 0),
+                 shaders::FoldsPush{glm::ivec4(field.size, between ? 1 : 0), glm::ivec4(cell, 0),
                                     glm::ivec4(size, 0), glm::vec4(spacing_mm, limit)},
                  slice_groups(bricks));
         const Texels actual = get(flags);

@@ -38,6 +38,7 @@ class SlidingCostKernel : public SlidingKernelTest {};
 class SlidingFindKernel : public SlidingKernelTest {};
 class SlidingChoiceKernels : public SlidingKernelTest {};
 class BlendAlongKernel : public SlidingKernelTest {};
+class MedianKernel : public SlidingKernelTest {};
 class UpsampleCubicKernel : public SlidingKernelTest {};
 
 TEST_F(SlidingMomentsKernel, AreTheMeansOfWhatTheFieldBringsTogether) {
@@ -75,6 +76,7 @@ TEST_F(SlidingCostKernel, IsTheCutSquaredDifferenceByTheMotionOfEachCandidate) {
   uint32_t seed = 2500;
   const glm::ivec3 cell(2, 2, 1), coarse_cell(4, 4, 2), step(2, 1, 2);
   oracle::SlidingCost with{cell, coarse_cell, {0.8, 1.0, 1.6}, 0.4, 0.1};
+  size_t judged = 0, left_out = 0;
   for (const glm::ivec3 size : kSizes) {
     for (const bool masked : {false, true}) {
       SCOPED_TRACE(text(size) + (masked ? " with a mask" : ""));
@@ -94,8 +96,17 @@ TEST_F(SlidingCostKernel, IsTheCutSquaredDifferenceByTheMotionOfEachCandidate) {
       const DeviceImage u = put(texels_of(field), Format::kRgba32);
       const DeviceImage means = put(moments, Format::kRgba32);
       const DeviceImage packed = put(frames.packed, Format::kRgba16);
-      for (const int first : {-1, 0, 4, 8, 20}) {
-        SCOPED_TRACE("first candidate " + std::to_string(first));
+      // Judged alone, a cell without a candidate across a border has cost 0.
+      const oracle::AcrossBorder across{step, with.spacing_mm * glm::dvec3(cell), 4.0, 1.2};
+      for (const auto& [first, alone] : {std::pair(-1, false),
+                                         {0, false},
+                                         {4, false},
+                                         {8, false},
+                                         {20, false},
+                                         {-1, true},
+                                         {4, true},
+                                         {20, true}}) {
+        SCOPED_TRACE("first candidate " + std::to_string(first) + (alone ? ", alone" : ""));
         Texels expected(cells);
         for (int c = 0; c < 4; ++c) {
           Vectors v = field;
@@ -108,23 +119,35 @@ TEST_F(SlidingCostKernel, IsTheCutSquaredDifferenceByTheMotionOfEachCandidate) {
                                                     moments, field, v, with);
           for (size_t i = 0; i < cost.values.size(); ++i) expected.values[i][c] = cost.values[i];
         }
+        if (alone) {
+          oracle::for_each(cells, [&](glm::ivec3 i) {
+            bool may = false;
+            for (int c = std::max(0, first); c < (first < 0 ? kCandidates : first + 4); ++c)
+              may = may || oracle::has_candidate(field, i, c, across);
+            if (!may) expected.at(i) = glm::dvec4(0.0);
+            (may ? judged : left_out) += 1;
+          });
+        }
         const DeviceImage to = output(cells, Format::kRgba16);
         dispatch(
-            kernels()->sliding_cost(first < 0),
+            kernels()->sliding_cost(first < 0, alone),
             {list, nearest(f), linear(m), nearest(u), linear(means), nearest(packed), to.image},
-            shaders::SlidingCostPush{glm::ivec4(cells, 0),
-                                     glm::ivec4(cell, 0),
-                                     glm::ivec4(size, 0),
-                                     glm::vec4(with.spacing_mm, 1.0 / (with.limit * with.limit)),
-                                     glm::ivec4(coarse * coarse_cell, 0),
-                                     glm::ivec4(step, first),
-                                     {float(with.noise * with.noise), 0, 0, 0}},
+            shaders::SlidingCostPush{
+                glm::ivec4(cells, 0),
+                glm::ivec4(cell, 0),
+                glm::ivec4(size, 0),
+                glm::vec4(with.spacing_mm, 1.0 / (with.limit * with.limit)),
+                glm::ivec4(coarse * coarse_cell, 0),
+                glm::ivec4(step, first),
+                {float(with.noise * with.noise), float(across.apart_mm), float(across.slope), 0}},
             slice_groups(bricks));
         // A squared difference divided by limit^2 has more than ten times the error of the sample.
         expect_cells(to, expected, bricks, 4, 1.0, 100.0 * sampling_tolerance());
       }
     }
   }
+  EXPECT_GT(judged, 100U);
+  EXPECT_GT(left_out, 100U);
 }
 
 /// A candidate that fits better is taken, and the best one of them. One on the same side of the
@@ -285,6 +308,47 @@ TEST_F(BlendAlongKernel, SmoothsAlongTheJumpAndKeepsTheRestAndTheConfidence) {
       expect_all(to, expected, 4, 5.0, 10.0 * sampling_tolerance());
     }
   }
+}
+
+/// A border that is ragged by single cells becomes straight, and its jump stays.
+TEST_F(MedianKernel, TakesTheVectorMedianWhereACellTouchesAFlaggedOne) {
+  uint32_t seed = 3700;
+  size_t taken = 0, kept = 0;
+  for (const glm::ivec3 cells : kSizes) {
+    SCOPED_TRACE(text(cells));
+    const Vectors field = stored_vectors(cells, seed += 10, 5.0);
+    const Scalars flags = random_mask(cells, seed + 1, 0.02);
+    Texels texels = texels_of(field);
+    for (size_t i = 0; i < texels.values.size(); ++i) texels.values[i].w = i % 2 ? 1.0 : 0.25;
+    const BrickList bricks = all_bricks(cells);
+    const vulkan::Buffer list = upload_bricks(context(), bricks);
+    const DeviceImage f = put(texels_of(flags), Format::kRgba16);
+    const DeviceImage u = put(texels, Format::kRgba32);
+    const DeviceImage to = output(cells, Format::kRgba32);
+    dispatch(kernels()->median(), {list, nearest(f), nearest(u), to.image},
+             shaders::MedianPush{glm::ivec4(cells, 0)}, slice_groups(bricks));
+    const Texels actual = get(to);
+    oracle::for_each(cells, [&](glm::ivec3 i) {
+      EXPECT_EQ(actual.at(i).w, texels.at(i).w) << text(i);
+      if (!oracle::touches(flags, i)) {
+        EXPECT_EQ(actual.at(i), texels.at(i)) << text(i);
+        return;
+      }
+      const std::array<double, 7> sums = oracle::distances_around(field, i);
+      const double least = *std::min_element(sums.begin(), sums.end());
+      bool is_median = false;
+      for (size_t m = 0; m < sums.size(); ++m) {
+        glm::ivec3 from = i;
+        if (m > 0) from[int(m - 1) % 3] += m < 4 ? 1 : -1;
+        is_median = is_median || (sums[m] < least * (1.0 + 1e-5) &&
+                                  field.held(from) == glm::dvec3(actual.at(i)));
+      }
+      EXPECT_TRUE(is_median) << text(i);
+      (glm::dvec3(actual.at(i)) == field.at(i) ? kept : taken) += 1;
+    });
+  }
+  EXPECT_GT(taken, 100U);
+  EXPECT_GT(kept, 10U);
 }
 
 TEST_F(UpsampleCubicKernel, IsTheCubicBetweenTheCoarseCells) {

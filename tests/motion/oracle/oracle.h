@@ -245,9 +245,11 @@ Vectors deviation(const Samples<NormalEquations>& equations, const Vectors& fiel
 
 /// Per cell the smallest det(I + grad u) at any of the 8 corners of the unit cubes of voxels whose
 /// lowest voxel is in the cell, with the cube's three edges at the corner as differences. And at
-/// the cell's middle the same with cubes of cells; 1 where there is no cube. Along an axis of one
-/// voxel u is constant. The cell folds if the determinant is at most the limit.
-Scalars folds(const Vectors& field, glm::ivec3 cell, glm::ivec3 image_size, glm::dvec3 spacing_mm);
+/// the cell's middle the same with cubes of cells; 1 where there is no cube. Without `between` at
+/// the middles only. Along an axis of one voxel u is constant. The cell folds if the determinant is
+/// at most the limit.
+Scalars folds(const Vectors& field, glm::ivec3 cell, glm::ivec3 image_size, glm::dvec3 spacing_mm,
+              bool between);
 
 /// Cells with a flagged cell at a distance of at most 1 get (1 2 1)/4 along each axis of the field,
 /// the others keep it.
@@ -257,6 +259,11 @@ Vectors blend(const Scalars& flags, const Vectors& field);
 /// `length` cells along its longest axis, along the largest difference to one of the six
 /// neighbours.
 Vectors blend_along(const Scalars& flags, const Vectors& field, glm::dvec3 cell_mm, int length);
+/// The sum of the distances of u(i + m) to u(i) and its six neighbours', for m = 0 and the six unit
+/// steps +x +y +z -x -y -z: the cell's vector median has the least.
+std::array<double, 7> distances_around(const Vectors& field, glm::ivec3 i);
+/// Whether any cell within 1 of i is flagged.
+bool touches(const Scalars& flags, glm::ivec3 i);
 
 /// from(scale i + offset): Catmull and Rom's cubic along each axis, weighted by `cubic`, plus the
 /// linear interpolation with the remaining weight; border clamped.

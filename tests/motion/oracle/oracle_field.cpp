@@ -116,13 +116,14 @@ Vectors deviation(const Samples<NormalEquations>& equations, const Vectors& fiel
   return result;
 }
 
-Scalars folds(const Vectors& field, glm::ivec3 cell, glm::ivec3 image_size, glm::dvec3 spacing_mm) {
+Scalars folds(const Vectors& field, glm::ivec3 cell, glm::ivec3 image_size, glm::dvec3 spacing_mm,
+              bool between) {
   Vectors u(image_size);
   for_each(image_size,
            [&](glm::ivec3 x) { u.at(x) = sample(field, cell_index(glm::dvec3(x), cell)); });
   Scalars smallest(field.size, 1.0);
   // A cube begins at every voxel but the last one of an axis; also at the only voxel of an axis.
-  for_each(glm::max(image_size - 1, glm::ivec3(1)), [&](glm::ivec3 x) {
+  for_each(between ? glm::max(image_size - 1, glm::ivec3(1)) : glm::ivec3(0), [&](glm::ivec3 x) {
     double& least = smallest.at(x / cell);
     for_each(glm::ivec3(2), [&](glm::ivec3 side) {
       least = std::min(least, corner_determinant(u, x, side, spacing_mm));

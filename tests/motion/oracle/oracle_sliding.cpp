@@ -22,13 +22,27 @@ double cubic_weight(double distance) {
 
 }  // namespace
 
+bool touches(const Scalars& flags, glm::ivec3 i) {
+  bool touched = false;
+  for_each(glm::ivec3(3),
+           [&](glm::ivec3 tap) { touched = touched || flags.held(i + tap - 1) > 0.0; });
+  return touched;
+}
+
+std::array<double, 7> distances_around(const Vectors& field, glm::ivec3 i) {
+  const std::array<glm::ivec3, 7> steps = {glm::ivec3(0), {1, 0, 0},  {0, 1, 0}, {0, 0, 1},
+                                           {-1, 0, 0},    {0, -1, 0}, {0, 0, -1}};
+  std::array<double, 7> sums{};
+  for (size_t m = 0; m < steps.size(); ++m)
+    for (const glm::ivec3 n : steps)
+      sums[m] += glm::distance(field.held(i + steps[m]), field.held(i + n));
+  return sums;
+}
+
 Vectors blend_along(const Scalars& flags, const Vectors& field, glm::dvec3 cell_mm, int length) {
   Vectors result = field;
   for_each(field.size, [&](glm::ivec3 i) {
-    bool touched = false;
-    for_each(glm::ivec3(3),
-             [&](glm::ivec3 tap) { touched = touched || flags.held(i + tap - 1) > 0.0; });
-    if (!touched) return;
+    if (!touches(flags, i)) return;
     glm::dvec3 jump(0.0);
     for (int axis = 0; axis < 3; ++axis) {
       for (const int side : {-1, 1}) {
