@@ -180,7 +180,7 @@ double step_mm(const Field& field, const Confidence& confidence) {
 
 /// The settings of a coarse motion: those of `fast` above its finest level, on finer cells.
 MotionOptions coarse_options() {
-  MotionOptions options = on_solved_cells(*motion_preset("fast"));
+  MotionOptions options = without_sliding_step(*motion_preset("fast"));
   options.levels.erase(options.levels.begin());
   for (LevelOptions& level : options.levels) level.cell = 2;
   options.yield.window = 0.0;

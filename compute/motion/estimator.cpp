@@ -40,7 +40,7 @@ std::string text(glm::ivec3 size) {
 /// The plan of the backward field: least effort, on the same pyramid without its finest level,
 /// which takes most of the time.
 MotionPlan plan_backward(const MotionPlan& plan) {
-  MotionOptions options = on_solved_cells(*motion_preset("fast"));
+  MotionOptions options = without_sliding_step(*motion_preset("fast"));
   options.normalise = plan.options.normalise;
   options.coarse_levels = plan.options.coarse_levels;
   const int coarsest = int(plan.levels.size()) - 1;

@@ -1,6 +1,21 @@
 #include "compute/motion/options.h"
 
+#include <algorithm>
+
 namespace palpate {
+namespace {
+
+/// The step for sliding borders on cells of the levels. Such a cell is too coarse to follow steep
+/// motion, so its neighbour's motion often matches a little better, though nothing slides: only
+/// clearly better candidates count (docs/decisions/motion/sliding-borders.md).
+SlidingOptions on_cells_of(const LevelOptions& level, SlidingOptions sliding) {
+  sliding.cell = level.cell;
+  sliding.share = std::max(sliding.share, 0.5);
+  sliding.slope = std::max(sliding.slope, 0.4);
+  return sliding;
+}
+
+}  // namespace
 
 std::optional<MotionOptions> motion_preset(std::string_view name) {
   MotionOptions options;
@@ -15,6 +30,7 @@ std::optional<MotionOptions> motion_preset(std::string_view name) {
     options.normalise_window = 3.0;  // wide enough for moments on cells of four voxels
     options.search_work = 1e7;
     options.yield.window = 2.5;
+    options.sliding = on_cells_of(options.levels.front(), options.sliding);
   } else if (name == "balanced") {
     options.levels = {{10, 4, 7.0, 0.06, 0.005}, {12, 4, 3.0, 0.16}, {25, 4, 3.0, 0.1}};
     options.filter_steps = 3;
@@ -45,6 +61,12 @@ std::optional<MotionOptions> motion_preset(std::string_view name) {
 }
 
 MotionOptions on_solved_cells(MotionOptions options) {
+  if (options.sliding.cell > 0)
+    options.sliding = on_cells_of(options.levels.front(), options.sliding);
+  return options;
+}
+
+MotionOptions without_sliding_step(MotionOptions options) {
   options.sliding.cell = 0;
   return options;
 }

@@ -109,9 +109,13 @@ struct MotionOptions {
 /// "fast", "balanced", "best" or "classic"; nothing for another name.
 std::optional<MotionOptions> motion_preset(std::string_view name);
 
-/// The same without the step for sliding borders: fields on the solved cells, for sequences, of
-/// which every field is kept, and for live frames, which are felt sooner so.
+/// The same with the result on the solved cells: the step for sliding borders, if there is one,
+/// chooses among their motions. For `fast`, and for sequences, of which every field is kept.
 MotionOptions on_solved_cells(MotionOptions options);
+
+/// The same without the step for sliding borders: for live frames, which are felt sooner so, and
+/// for levels above the frames' own.
+MotionOptions without_sliding_step(MotionOptions options);
 
 /// Names of the presets, for messages.
 inline constexpr std::array<std::string_view, 4> kMotionPresets = {"fast", "balanced", "best",

@@ -317,7 +317,7 @@ Status LiveSequence::follow(const std::shared_ptr<vulkan::Context>& context, std
   const auto preset = motion_preset(options_.preset);
   if (!preset) return Error{ErrorKind::kBadInput, "There is no preset '" + options_.preset + "'"};
   EstimatorOptions options;
-  options.motion = on_solved_cells(*preset);
+  options.motion = without_sliding_step(*preset);
   auto estimator = SequenceEstimator::open(context, grid_, options, [this](PairMotion pair) {
     const std::lock_guard lock(mutex_);
     pair_ = std::move(pair);

@@ -278,6 +278,39 @@ TEST_F(MotionOfASequence, IsMoreAccurateThanFieldsThatFollowEachOtherAndDoesNotD
   EXPECT_LT(drift->voxels.mean, 0.2 * before->voxels.mean);
 }
 
+/// An organ that slides past a still wall, in a sequence: the border comes to its place on the
+/// solved cells, which are the cells that a sequence keeps.
+TEST_F(MotionOfASequence, PutsTheBorderOfASlidingOrganInItsPlace) {
+  const SlidingPhantom slide = sliding_phantom();
+  const std::vector<double> times_s = {0.0, 1.0};
+  SequenceMotionOptions options;
+  options.estimator.motion = *motion_preset("balanced");
+  options.reference = 0;
+  const auto errors = [&] {
+    const auto motion = estimate_sequence_motion(
+        context(), slide.fixed.grid, times_s,
+        [&](size_t k) -> Result<Volume> { return k == 0 ? slide.fixed : slide.moving; }, options);
+    EXPECT_TRUE(motion);
+    if (!motion) return std::pair(1e30, 1e30);
+    const Field field = motion->at_frame(1);
+    EXPECT_EQ(field.grid.size, (slide.fixed.grid.size + 3) / 4);
+    EXPECT_EQ(folds(field).folded, 0U);
+    const auto in = [&](const Mask& mask) {
+      const Result<Distances> distances = endpoint_error(field, slide.truth, &mask);
+      EXPECT_TRUE(distances);
+      return distances ? distances->voxels.mean : 1e30;
+    };
+    return std::pair(in(slide.organ), in(slide.wall));
+  };
+  const auto with = errors();
+  options.estimator.motion = without_sliding_step(options.estimator.motion);
+  const auto without = errors();
+  EXPECT_LT(with.first, 0.75 * without.first);
+  EXPECT_LT(with.second, 0.7 * without.second);
+  RecordProperty("organ_voxel", std::to_string(with.first));
+  RecordProperty("wall_voxel", std::to_string(with.second));
+}
+
 TEST_F(MotionOfASequence, IsBetterOfTheMeanOfSeveralCycles) {
   // The same motion in each cycle, with new noise each time.
   constexpr int kFrames = 8;

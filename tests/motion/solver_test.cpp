@@ -176,6 +176,18 @@ TEST_F(Solver, PutsTheBorderOfASlidingOrganInItsPlace) {
   RecordProperty("organ_voxel", std::to_string(after.first));
   RecordProperty("wall_voxel", std::to_string(after.second));
 
+  // On the solved cells, as `fast` has it, and sequences.
+  EstimatorOptions coarse = preset("fast");
+  EXPECT_EQ(plan_motion(slide.fixed.grid, coarse.motion).field.size,
+            plan_motion(slide.fixed.grid, without_sliding_step(coarse.motion)).field.size);
+  const auto fast_after = errors(coarse);
+  coarse.motion = without_sliding_step(coarse.motion);
+  const auto fast_before = errors(coarse);
+  EXPECT_LT(fast_after.first, 0.75 * fast_before.first);
+  EXPECT_LT(fast_after.second, 0.7 * fast_before.second);
+  RecordProperty("fast_organ_voxel", std::to_string(fast_after.first));
+  RecordProperty("fast_wall_voxel", std::to_string(fast_after.second));
+
   for (float& value : slide.fixed.values) value = 1.25F * value + 40.0F;
   const auto brighter = errors(with);
   EXPECT_LT(brighter.first, 1.1 * kSlidingOrganMean);
@@ -197,6 +209,10 @@ TEST_F(Solver, TakesNothingOverWhereTheMotionIsSmooth) {
   EXPECT_EQ(usual.report.sliding_bricks, 0.0);
   EXPECT_EQ(usual.field.u_mm, never.field.u_mm);
   EXPECT_EQ(usual.field.grid.size, (grid.size + 1) / 2);
+  // On the solved cells it changes nothing at all.
+  options.motion = without_sliding_step(*motion_preset("fast"));
+  EXPECT_EQ(motion_of(pair.fixed, pair.moving, preset("fast")).field.u_mm,
+            motion_of(pair.fixed, pair.moving, options).field.u_mm);
 }
 
 TEST_F(Solver, FindsARotation) {
