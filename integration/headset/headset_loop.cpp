@@ -407,7 +407,9 @@ class HeadsetLoop::Run {
     if (!placed_) return std::nullopt;
     xr::Scenery scenery;
     const SceneSnapshot ahead = ahead_.at(snapshot_, frame.display_time_ns);
-    scenery.scene = picture_->at(ahead, frame.display_time_ns, xr::eye_of(frame.eyes[0]));
+    // A second pair of views, if there is one, is seen within the first.
+    const Eye pair[] = {xr::eye_of(frame.eyes[0]), xr::eye_of(frame.eyes[1])};
+    scenery.scene = picture_->at(ahead, frame.display_time_ns, pair);
     tube_colours_ = scenery.scene.tube_colours;
     add_fingers(scenery.scene.things);
     if (const auto clip = hands_->clip(ahead)) scenery.scene.clips.push_back(*clip);

@@ -288,7 +288,10 @@ bool LiveScene::update(std::shared_ptr<const Scene> scene, const SceneSnapshot& 
   used_.clear();
   volume_ = -1;
   description_ = "null";
-  if (!picture_.volumes().empty()) pack(picture_.at(snapshot, snapshot.now_ns, Eye()), snapshot);
+  if (!picture_.volumes().empty()) {
+    const Eye anywhere;
+    pack(picture_.at(snapshot, snapshot.now_ns, {&anywhere, 1}), snapshot);
+  }
   // Parts that nothing uses any more.
   numbers_ = used_;
   std::erase_if(parts_, [&](const auto& part) {

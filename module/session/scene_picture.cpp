@@ -363,11 +363,11 @@ void ScenePicture::bounds(const SceneSnapshot& snapshot, glm::dvec3& centre,
     radius_m = std::max(radius_m, glm::distance(corner, centre));
 }
 
-void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, double radius_m,
-                              ViewScene& scene) {
+void ScenePicture::add_things(const SceneSnapshot& snapshot, std::span<const Eye> eyes,
+                              double radius_m, ViewScene& scene) {
   // scale of pen, tubes and other bodies: 1 for a scene of 10 cm radius
   const double size = radius_m / 0.1;
-  if (choices_.hand) add_hand(snapshot, eye, size, scene);
+  if (choices_.hand) add_hand(snapshot, eyes[0], size, scene);
   for (size_t v = 0; v < volumes_.size(); ++v) add_tubes(v, kTube * size, scene);
   for (size_t v = 0; v < volumes_.size(); ++v) {
     const bool has_vectors = volumes_[v]->frames.front()->is_vector();
@@ -384,7 +384,7 @@ void ScenePicture::add_things(const SceneSnapshot& snapshot, const Eye& eye, dou
     const Transform& place = scene.volumes[v].world_from_volume;
     add_box(scene.things, place, edges, 0.0004 * size, kBoxColour);
     if (has_patient(v))
-      add_letters(scene.things, place, edges, eye, 0.010 * size,
+      add_letters(scene.things, place, edges, eyes, 0.010 * size,
                   choices_.background == PictureBackground::kLight ? kLettersOnLight : kLetters);
   }
 }
@@ -480,7 +480,8 @@ void ScenePicture::add_drop_line(const SceneSnapshot& snapshot, double size,
   add_sphere(scene.things, snapshot.probe_m + *height * down, 3.0 * radius_m, colour);
 }
 
-ViewScene ScenePicture::at(const SceneSnapshot& snapshot, int64_t display_ns, const Eye& eye) {
+ViewScene ScenePicture::at(const SceneSnapshot& snapshot, int64_t display_ns,
+                           std::span<const Eye> eyes) {
   ViewScene scene;
   last_ns_ = snapshot.now_ns;
   const double ahead_s =
@@ -510,10 +511,10 @@ ViewScene ScenePicture::at(const SceneSnapshot& snapshot, int64_t display_ns, co
   glm::dvec3 centre;
   double radius_m = 0.0;
   bounds(snapshot, centre, radius_m);
-  add_things(snapshot, eye, radius_m, scene);
+  add_things(snapshot, eyes, radius_m, scene);
   if (choices_.cut_open) {
     const glm::dvec3 touched = choices_.hand ? snapshot.proxy_m : centre;
-    scene.clips.push_back(cut_before(eye, touched, centre, radius_m));
+    scene.clips.push_back(cut_before(eyes[0], touched, centre, radius_m));
   }
   return scene;
 }

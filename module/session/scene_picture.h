@@ -75,8 +75,9 @@ class ScenePicture {
   const std::vector<std::shared_ptr<const MovingVolume>>& volumes() const { return volumes_; }
 
   /// The scene to draw for display_ns (monotonic), from a tick shortly before: volumes at the phase
-  /// that the hand will feel at that time and at their places, with pen, proxy and force.
-  ViewScene at(const SceneSnapshot& snapshot, int64_t display_ns, const Eye& eye);
+  /// that the hand will feel at that time and at their places, with pen, proxy and force. eyes:
+  /// that see it, one or more; what turns to the eye turns to the first.
+  ViewScene at(const SceneSnapshot& snapshot, int64_t display_ns, std::span<const Eye> eyes);
 
   /// kBadInput with a sentence if there are volumes and nothing of them would be seen: their looks
   /// show none of their values, and there are no segments and no tubes. After update().
@@ -95,7 +96,8 @@ class ScenePicture {
   void bounds(const SceneSnapshot& snapshot, glm::dvec3& centre, double& radius_m) const;
 
  private:
-  void add_things(const SceneSnapshot& snapshot, const Eye& eye, double radius_m, ViewScene& scene);
+  void add_things(const SceneSnapshot& snapshot, std::span<const Eye> eyes, double radius_m,
+                  ViewScene& scene);
   void add_tubes(size_t v, double radius_m, ViewScene& scene) const;
   void add_hand(const SceneSnapshot& snapshot, const Eye& eye, double size, ViewScene& scene);
   void add_drop_line(const SceneSnapshot& snapshot, double size, ViewScene& scene) const;

@@ -42,7 +42,7 @@ Status Viewer::update(const Session& session) {
 
 Status Viewer::start(const SceneSnapshot& snapshot, int64_t display_ns, std::span<const Eye> eyes,
                      PictureSize size, const HostImages* images) {
-  shown_ = picture_.at(snapshot, display_ns, eyes[0]);
+  shown_ = picture_.at(snapshot, display_ns, eyes);
   return images ? renderer_->start(shown_, eyes, size, *images)
                 : renderer_->start(shown_, eyes, size);
 }

@@ -243,23 +243,26 @@ class LetterPlacer {
   std::vector<LetterPlace> places_;
 };
 
-/// How far letters come in that the border of the picture would cut: by their height at most.
-glm::dvec2 inwards(const SideLetters& letters, const Eye& eye, double height_m) {
+/// How far letters come in that the border of an eye's picture would cut, by their height at most:
+/// in the world.
+glm::dvec3 inwards(const SideLetters& letters, const Eye& eye, double height_m) {
   const glm::dvec3 seen = seen_from(eye, letters.at);
-  if (seen.z <= 0.0) return glm::dvec2(0.0);
+  if (seen.z <= 0.0) return glm::dvec3(0.0);
   const auto along = [&](double tangent, double low, double high, double around) {
     const double half = around * height_m / seen.z;
     const double within = std::clamp(tangent, low + half, std::max(high - half, low + half));
     return std::clamp((within - tangent) * seen.z, -height_m, height_m);
   };
-  return {along(seen.x, eye.tan_left, eye.tan_right, kAround + letters.wider()),
-          along(seen.y, eye.tan_down, eye.tan_up, kAround)};
+  return eye.orientation *
+         glm::dvec3(along(seen.x, eye.tan_left, eye.tan_right, kAround + letters.wider()),
+                    along(seen.y, eye.tan_down, eye.tan_up, kAround), 0.0);
 }
 
 }  // namespace
 
 void add_letters(Things& things, const Transform& world_from_volume, const DataBox& box,
-                 const Eye& eye, double height_m, glm::dvec3 colour) {
+                 std::span<const Eye> eyes, double height_m, glm::dvec3 colour) {
+  const Eye& eye = eyes[0];
   const glm::dvec3 right = eye.orientation * glm::dvec3(1.0, 0.0, 0.0);
   const glm::dvec3 up = eye.orientation * glm::dvec3(0.0, 1.0, 0.0);
   const SeenBox seen = seen_box(world_from_volume, box, eye);
@@ -280,13 +283,12 @@ void add_letters(Things& things, const Transform& world_from_volume, const DataB
       faces.push_back(std::move(letters));
     }
   LetterPlacer(faces, seen, eye, height_m).run();
-  for (const SideLetters& letters : faces) {
-    const glm::dvec2 in = inwards(letters, eye, height_m);
+  for (SideLetters& letters : faces) {
+    for (const Eye& seeing : eyes) letters.at += inwards(letters, seeing, height_m);
     for (size_t n = 0; n < letters.text.size(); ++n) {
       const double before = kAdvance * double(n) - letters.wider();
       const auto at = [&](glm::dvec2 p) {
-        return letters.at + (height_m * (p.x + before) + in.x) * right +
-               (height_m * p.y + in.y) * up;
+        return letters.at + height_m * ((p.x + before) * right + p.y * up);
       };
       for (const Stroke& stroke : strokes_of(letters.text[n]))
         for (size_t k = 1; k < stroke.size(); ++k) {

@@ -174,9 +174,9 @@ TEST(ScenePicture, DrawsTubesWhereTheMotionHasBroughtThemAndKeptOnesThicker) {
   picture.update(scene);
   const Eye eye = eye_at({1.0, 0.0, 0.3}, {1.0, 0.0, 0.0}, 0.5, {64, 64});
   const SceneSnapshot later = snapshot_at({}, 0.75);
-  EXPECT_TRUE(picture.at(later, 0, eye).things.empty());
+  EXPECT_TRUE(picture.at(later, 0, {&eye, 1}).things.empty());
   picture.show(hand.tubes());
-  const Things loose = picture.at(later, 0, eye).things;
+  const Things loose = picture.at(later, 0, {&eye, 1}).things;
   const StreamTube& tube = *hand.tubes()->front().tube;
   ASSERT_EQ(loose.size(), tube.released_m().size() - 1);
   for (size_t k = 0; k < loose.size(); ++k) {
@@ -187,7 +187,7 @@ TEST(ScenePicture, DrawsTubesWhereTheMotionHasBroughtThemAndKeptOnesThicker) {
   }
   hand.take({Kind::kKeepTubes, {}}, *scene);
   picture.show(hand.tubes());
-  const Things kept = picture.at(later, 0, eye).things;
+  const Things kept = picture.at(later, 0, {&eye, 1}).things;
   ASSERT_EQ(kept.size(), loose.size());
   EXPECT_GT(kept[0].from_radius_m, 1.2 * loose[0].from_radius_m);
 }
@@ -204,7 +204,7 @@ TEST(ScenePicture, NamesWhatTheColoursOfTubesMean) {
     ScenePicture picture(choices);
     picture.update(scene);
     picture.show(hand.tubes());
-    const std::vector<TubeColours> all = picture.at(snapshot_at({}), 0, eye).tube_colours;
+    const std::vector<TubeColours> all = picture.at(snapshot_at({}), 0, {&eye, 1}).tube_colours;
     EXPECT_EQ(all.size(), 1U);
     return all.empty() ? TubeColours{} : all.front();
   };
@@ -266,7 +266,7 @@ TEST(ScenePicture, GoesOverToABetterMotionFromItsLastPictureOn) {
   const auto share_at = [&](ScenePicture& picture, double s) {
     SceneSnapshot snapshot = snapshot_at({});
     snapshot.now_ns = int64_t(1e9 * s);
-    return picture.at(snapshot, snapshot.now_ns, eye).volumes.at(0).whole_share;
+    return picture.at(snapshot, snapshot.now_ns, {&eye, 1}).volumes.at(0).whole_share;
   };
   ScenePicture picture(choices);
   picture.update(scene_of(coarse));
@@ -306,7 +306,7 @@ TEST(ScenePicture, ABareFingertipShowsContactByItsColour) {
     snapshot.probe_m = {1.01, 0.0, 0.0};
     snapshot.in_contact = contact;
     snapshot.force_n = {force_n, 0.0, 0.0};
-    const Things things = picture.at(snapshot, 0, eye).things;
+    const Things things = picture.at(snapshot, 0, {&eye, 1}).things;
     EXPECT_EQ(things.size(), 1U) << "no pen, no arrow";
     EXPECT_EQ(things.at(0).from, contact ? snapshot.proxy_m : snapshot.probe_m);
     return things.at(0).colour;
@@ -335,7 +335,7 @@ TEST(ScenePicture, ALineFromTheTipShowsItsHeightAboveTheWallUntilItTouches) {
   SceneSnapshot snapshot = snapshot_at({});
   const auto lowest_m = [&] {
     double lowest = 1e300;
-    for (const RoundCone& one : picture.at(snapshot, 0, eye).things)
+    for (const RoundCone& one : picture.at(snapshot, 0, {&eye, 1}).things)
       lowest = std::min({lowest, one.from.y, one.to.y});
     return lowest;
   };
@@ -360,7 +360,7 @@ TEST(ScenePicture, ThePenTurnsWithTheHandWhereThatIsSensed) {
   const auto shaft = [&](glm::dvec3 sensed, const Eye& eye) {
     SceneSnapshot snapshot = snapshot_at(glm::dvec3(0.0));
     snapshot.shaft = sensed;
-    const Things things = picture.at(snapshot, 0, eye).things;
+    const Things things = picture.at(snapshot, 0, {&eye, 1}).things;
     EXPECT_EQ(things.at(0).from, snapshot.probe_m) << "its tip";
     return glm::normalize(things.at(0).to - things.at(0).from);
   };

@@ -47,7 +47,7 @@ TEST_F(GoldenTest, AHeartThatIsTouched) {
   add_arrow(scene.things, touched, {0.6, 1.2, 1.8}, 0.008, 0.0012, {1.0, 0.62, 0.18});
   const FrameData& frame = *heart->frames[0];
   add_box(scene.things, {}, box_of(frame), 0.0004, {0.42, 0.46, 0.54});
-  add_letters(scene.things, {}, box_of(frame), eye_, 0.010, {0.80, 0.83, 0.88});
+  add_letters(scene.things, {}, box_of(frame), {&eye_, 1}, 0.010, {0.80, 0.83, 0.88});
   scene.shadows = 1.0;
   expect_as_before(scene, eye_, "heart");
 }

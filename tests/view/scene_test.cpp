@@ -243,7 +243,7 @@ TEST_F(SceneTest, LettersStandBesideTheBoxFromWhereverItIsSeen) {
               0.4 * glm::dvec3(std::cos(e) * std::sin(a), std::sin(e), std::cos(e) * std::cos(a)),
               {0.0, 0.0, 0.0}, 0.5, kSceneSize);
           Things things;
-          add_letters(things, of.place, box, eye, kHeight, kGreen);
+          add_letters(things, of.place, box, {&eye, 1}, kHeight, kGreen);
           // Rays to the letters' rods, along the box's own axes from its middle (slabs).
           const auto in_box = [&](glm::dvec3 world) {
             return glm::transpose(box.axes) * of.place.volume_from_world(world);
@@ -277,13 +277,39 @@ TEST_F(SceneTest, LettersHaveAPlaceHoweverTheBoxIsSeen) {
     for (const glm::dvec3 from :
          {glm::dvec3(0, 0, 0.3), glm::dvec3(0.3, 0, 0), glm::dvec3(0.0, 0.001, 0.01)}) {
       Things things;
-      add_letters(things, {}, straight_box(-high, high),
-                  eye_at(from, {0.0, 0.0, -0.001}, 0.5, kSceneSize), 0.006, kGreen);
+      const Eye eye = eye_at(from, {0.0, 0.0, -0.001}, 0.5, kSceneSize);
+      add_letters(things, {}, straight_box(-high, high), {&eye, 1}, 0.006, kGreen);
       ASSERT_FALSE(things.empty());
       for (const RoundCone& rod : things)
         for (const glm::dvec3 end : {rod.from, rod.to})
           ASSERT_LT(glm::length(end), 0.2) << high.x << " from " << from.z;
     }
+}
+
+TEST_F(SceneTest, LettersComeInForBothEyes) {
+  // A box that fills the picture from one side to the other: its letters would be cut at the left
+  // border of the right eye's picture and at the right border of the left eye's.
+  constexpr double kHeight = 0.006;
+  const DataBox box = straight_box(glm::dvec3(-0.09, -0.03, -0.03), glm::dvec3(0.09, 0.03, 0.03));
+  std::array<Eye, 2> eyes;
+  Eye middle = eye_at({0.0, 0.0, 0.4}, {0.0, 0.0, 0.0}, 0.5, kSceneSize);
+  middle.tan_left = -0.27, middle.tan_right = 0.27;
+  split_eyes(middle, 0.01, eyes[0], eyes[1]);
+  const auto cut = [&](const Things& things, const Eye& eye) {
+    return std::any_of(things.begin(), things.end(), [&](const RoundCone& rod) {
+      const glm::dvec3 seen = glm::conjugate(eye.orientation) * (rod.from - eye.position_m);
+      const glm::dvec2 at = glm::dvec2(seen) / -seen.z;
+      return at.x < eye.tan_left || at.x > eye.tan_right || at.y < eye.tan_down ||
+             at.y > eye.tan_up;
+    });
+  };
+  Things of_first, of_both;
+  add_letters(of_first, {}, box, {eyes.data(), 1}, kHeight, kGreen);
+  add_letters(of_both, {}, box, eyes, kHeight, kGreen);
+  EXPECT_FALSE(cut(of_first, eyes[0]));
+  EXPECT_TRUE(cut(of_first, eyes[1]));
+  EXPECT_FALSE(cut(of_both, eyes[0]));
+  EXPECT_FALSE(cut(of_both, eyes[1]));
 }
 
 TEST_F(SceneTest, LettersStandOnThePatientsSides) {
@@ -310,7 +336,7 @@ TEST_F(SceneTest, LettersStandOnThePatientsSides) {
   scene.volumes = {{patient, {}, {}, ball_look(kRed)}};
   const FrameData& data = *patient->frames[0];
   constexpr double kHeight = 0.012;
-  add_letters(scene.things, {}, box_of(data), eye_, kHeight, kGreen);
+  add_letters(scene.things, {}, box_of(data), {&eye_, 1}, kHeight, kGreen);
   const Picture picture = draw_one(*view, scene);
   // The volume's +z is anterior, so an eye at +z is in front of the patient.
   EXPECT_EQ(seen_at(picture, eye_, {0.020, 0.0, 0.007}), 'r');
