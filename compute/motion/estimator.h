@@ -22,8 +22,8 @@ struct PairMotion {
   size_t fixed_frame = 0;  ///< index of the fixed frame as pushed
   size_t moving_frame = 0;
   Field field;  ///< on MotionPlan::field; mm, LPS; fixed x -> x + u(x) in moving
-  /// On the same grid; its deviation is on a coarser one with the step for sliding borders, and not
-  /// known to the classic engine.
+  /// On the same grid; its deviation is on a coarser one where the field is on finer cells than
+  /// were solved (SlidingOptions::cell), and not known to the classic engine.
   Confidence confidence;
   SolveReport report;
   /// Field from moving to fixed, if EstimatorOptions::backward: estimated on its own from the

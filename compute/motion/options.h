@@ -45,9 +45,9 @@ struct YieldOptions {
   double gain_low = 0.0015, gain_high = 0.003;
 };
 
-/// The last step (compute/motion/sliding_borders.h): the result on finer cells, with the borders at
-/// which material slides. Intensities are scaled so that the range from the 1st to the 99th
-/// percentile is 1.
+/// The last step (compute/motion/sliding_borders.h): the result, on finer cells than were solved or
+/// on the same, with the borders at which material slides. Intensities are scaled so that the range
+/// from the 1st to the 99th percentile is 1.
 struct SlidingOptions {
   int cell = 0;  ///< voxels per cell of the result along each axis finer than 1.5 h; 0: off
   /// share of cubic interpolation between the solved cells; the rest is linear

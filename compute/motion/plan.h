@@ -42,7 +42,7 @@ bool yields(const MotionPlan& plan, size_t l);
 /// fit_into() had to leave it out, nor where the finest images are cut into slabs.
 bool has_sliding_step(const MotionPlan& plan);
 
-/// The finest level with the cells of the result: its own, or the finer ones of the step for
+/// The finest level with the cells of the result: its own, or those of the step for
 /// sliding borders.
 LevelPlan result_level(const MotionPlan& plan);
 

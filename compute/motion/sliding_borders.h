@@ -9,12 +9,12 @@
 
 namespace palpate {
 
-/// The last step of a pair: the field on the finer cells of the result, with borders at which
-/// material slides. On the levels such a border becomes a ramp some cells wide, since windows and
-/// local normalisation mix both sides. Here each cell beside an edge of the field may take over the
-/// motion of a cell further along an axis, if the intensities then match better by more than noise
-/// explains. Only bricks are processed in which they do not match yet and the motion nearby
-/// differs. One thread at a time. Throws vulkan::Failure.
+/// The last step of a pair: the field on the cells of the result, finer ones or those that were
+/// solved, with borders at which material slides. On the levels such a border becomes a ramp some
+/// cells wide, since windows and local normalisation mix both sides. Here each cell beside an edge
+/// of the field may take over the motion of a cell further along an axis, if the intensities then
+/// match better by more than noise explains. Only bricks are processed in which they do not match
+/// yet and the motion nearby differs. One thread at a time. Throws vulkan::Failure.
 class SlidingBorders {
  public:
   SlidingBorders(std::shared_ptr<vulkan::Context> context, std::shared_ptr<MotionKernels> kernels,
