@@ -138,8 +138,9 @@ class RealTimePromise : public testing::Test {
   void SetUp() override {
     if (!ForbiddenCalls::can_watch())
       GTEST_SKIP() << "A sanitizer stands in front of the C library here.";
-    folder_ = std::filesystem::temp_directory_path() / "palpate-real-time-promise";
-    std::filesystem::create_directories(folder_);
+    std::string name = (std::filesystem::temp_directory_path() / "palpate-XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    folder_ = name;
     ForbiddenCalls::count(true);
     ForbiddenCalls::forget();
   }
