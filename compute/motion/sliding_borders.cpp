@@ -100,23 +100,23 @@ void SlidingBorders::record_cost(int first, const FramePyramid& fixed, const Fra
   const vulkan::Sampler& nearest = kernels_->nearest();
   const double floor = fixed.noise();
   const double limit = options_.limit;
-  recorder_.dispatch(
-      kernels_->sliding_cost(first < 0, alone_),
-      {near_list_,
-       {fixed.raw(), nearest},
-       {moving.raw(), linear},
-       {field_, nearest},
-       {means, linear},
-       {fixed.level(0), nearest},
-       costs_},
-      shaders::SlidingCostPush{wide(fine_.cells),
-                               wide(fine_.cell),
-                               wide(fine_.image_size),
-                               glm::vec4(fine_.spacing_mm, 1.0 / (limit * limit)),
-                               wide(level_.cells * level_.cell),
-                               wide(step_, first),
-                               {float(floor * floor), different_.x, different_.y, 0}},
-      slice_groups(near));
+  recorder_.dispatch(kernels_->sliding_cost(first < 0, alone_),
+                     {near_list_,
+                      {fixed.raw(), nearest},
+                      {moving.raw(), linear},
+                      {field_, nearest},
+                      {means, linear},
+                      {fixed.level(0), nearest},
+                      costs_},
+                     shaders::SlidingCostPush{wide(fine_.cells),
+                                              wide(fine_.cell),
+                                              wide(fine_.image_size),
+                                              glm::vec4(fine_.spacing_mm, 1.0 / (limit * limit)),
+                                              wide(level_.cells * level_.cell),
+                                              wide(step_, first),
+                                              {float(floor * floor), 0, 0, 0},
+                                              different_},
+                     slice_groups(near));
 }
 
 /// Sums costs_ over the neighbourhood of each cell of near_list_, unless cells are judged alone;

@@ -55,7 +55,7 @@ class SlidingBorders {
   const LevelPlan level_, fine_;
   const glm::ivec3 step_;      // cells between candidates
   const glm::vec4 different_;  // when two motions count as on two sides of a border
-  const bool alone_;           // each cell is judged by its own voxels, not by its neighbours', too
+  const bool alone_;           // costs are not summed over neighbours: cells are large enough
   const BrickList coarse_bricks_;
   vulkan::Buffer coarse_list_;
   vulkan::Buffer list_, near_list_;  // bricks in work, and these with their neighbourhood

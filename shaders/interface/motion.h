@@ -278,11 +278,10 @@ struct SlidingCostPush {
   vec4 spacing_mm;  // of the images; w: 1 / limit^2 of a difference of intensities
   ivec4 coarse;     // voxels that the cells of the moments cover, also beyond the image
   ivec4 step;       // cells from candidate to candidate along each axis; w: the first candidate
-  // x: f^2, the noise variance; across a border: y: least difference in mm; z: least difference /
-  // distance
-  vec4 noise;
+  vec4 noise;       // x: f^2, the noise variance
+  vec4 different;   // across a border: x: least difference in mm; y: least difference / distance
 };
-PALPATE_SIZE(SlidingCostPush, 112);
+PALPATE_SIZE(SlidingCostPush, 128);
 
 struct SlidingWorkPush {
   ivec4 cells;

@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "interface/motion.h"
 #include "include/bricks.glsl"
+#include "include/flagged.glsl"
 // Repair of folds: replaces cells that touch a folded one by a smoothed field and keeps all others.
 //   u(i) <- G u(i) where any cell within 1 of i is flagged;  G = (1 2 1)/4 along each axis
 // Only gradients near folds are reduced. Repetition always ends, since a constant field does not fold.
@@ -23,13 +24,8 @@ void main() {
   const ivec3 cell = brick_cell();
   const ivec3 last = push.cells.xyz - 1;
   if (beyond(cell, push.cells.xyz)) return;
-  float flagged = 0.0;
-  for (int k = 0; k < 27; ++k) {
-    const ivec3 at = cell + ivec3(k % 3, k / 3 % 3, k / 9) - 1;
-    flagged = max(flagged, texelFetch(flags, clamp(at, ivec3(0), last), 0).r);
-  }
   vec4 u = texelFetch(field, cell, 0);
-  if (flagged > 0.0) {
+  if (touches_flagged(flags, cell, last)) {
     u.xyz = vec3(0.0);
     for (int k = 0; k < 27; ++k) {
       const ivec3 step = ivec3(k % 3, k / 3 % 3, k / 9) - 1;

@@ -3,6 +3,7 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
+#include "include/flagged.glsl"
 // Repair of folds at sliding borders: smooths cells that touch a folded one along the jump of the field only, since a
 // jump folds along its own direction.
 //   u(i) <- u(i) / 2 + (u(i - d) + u(i + d)) / 4 where any cell within 1 of i is flagged
@@ -29,13 +30,8 @@ void main() {
   const ivec3 cell = brick_cell();
   const ivec3 last = push.cells.xyz - 1;
   if (beyond(cell, push.cells.xyz)) return;
-  float flagged = 0.0;
-  for (int k = 0; k < 27; ++k) {
-    const ivec3 at = cell + ivec3(k % 3, k / 3 % 3, k / 9) - 1;
-    flagged = max(flagged, texelFetch(flags, clamp(at, ivec3(0), last), 0).r);
-  }
   vec4 u = READ(field_texels, cell);
-  if (flagged > 0.0) {
+  if (touches_flagged(flags, cell, last)) {
     vec3 jump = vec3(0.0);
     for (int axis = 0; axis < 3; ++axis) {
       for (int side = -1; side <= 1; side += 2) {

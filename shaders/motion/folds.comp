@@ -8,7 +8,7 @@
 // corner of a cube of cells, since slopes jump at a cell's middle and a fold smaller than a voxel can lie there. A
 // bound excludes most cells first: with slopes a, b, c along the three axes, |a|^2 + |b|^2 + |c|^2 < 1 means that no
 // unit vector is mapped to zero, so the determinant stays positive. Slopes inside a trilinear cell are convex
-// combinations of those along its edges.
+// combinations of those along its edges. With push.cells.w = 0 only the cubes of cells are looked at, which is faster.
 //
 // binding  direction  format               shape            unit
 // 0        in         uint                 bricks listed    packed brick coordinates

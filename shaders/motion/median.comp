@@ -3,6 +3,7 @@
 #include "include/read.glsl"
 #include "interface/motion.h"
 #include "include/bricks.glsl"
+#include "include/flagged.glsl"
 // Repair of folds at sliding borders: where a border is ragged it folds, so cells that touch a folded one take the
 // vector median of their neighbourhood, which straightens a border and keeps its jump.
 //   u(i) <- the u(m) with the least sum over n of |u(m) - u(n)|, m and n among i and its six neighbours,
@@ -25,13 +26,8 @@ void main() {
   const ivec3 cell = brick_cell();
   const ivec3 last = push.cells.xyz - 1;
   if (beyond(cell, push.cells.xyz)) return;
-  float flagged = 0.0;
-  for (int k = 0; k < 27; ++k) {
-    const ivec3 at = cell + ivec3(k % 3, k / 3 % 3, k / 9) - 1;
-    flagged = max(flagged, texelFetch(flags, clamp(at, ivec3(0), last), 0).r);
-  }
   vec4 u = READ(field, cell);
-  if (flagged > 0.0) {
+  if (touches_flagged(flags, cell, last)) {
     vec3 near[7];
     near[0] = u.xyz;
     for (int k = 0; k < 6; ++k) {

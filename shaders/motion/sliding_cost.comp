@@ -47,7 +47,7 @@ bool may_take(ivec3 cell) {
     const ivec3 offset = candidate_offset(c, push.step.xyz);
     const ivec3 from = cell + offset;
     if (from != clamp(from, ivec3(0), push.cells.xyz - 1)) continue;
-    if (across_border(u, READ(field, from).xyz, offset, cell_mm, push.noise.yz)) return true;
+    if (across_border(u, READ(field, from).xyz, offset, cell_mm, push.different.xy)) return true;
   }
   return false;
 }

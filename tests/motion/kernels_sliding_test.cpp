@@ -132,14 +132,14 @@ TEST_F(SlidingCostKernel, IsTheCutSquaredDifferenceByTheMotionOfEachCandidate) {
         dispatch(
             kernels()->sliding_cost(first < 0, alone),
             {list, nearest(f), linear(m), nearest(u), linear(means), nearest(packed), to.image},
-            shaders::SlidingCostPush{
-                glm::ivec4(cells, 0),
-                glm::ivec4(cell, 0),
-                glm::ivec4(size, 0),
-                glm::vec4(with.spacing_mm, 1.0 / (with.limit * with.limit)),
-                glm::ivec4(coarse * coarse_cell, 0),
-                glm::ivec4(step, first),
-                {float(with.noise * with.noise), float(across.apart_mm), float(across.slope), 0}},
+            shaders::SlidingCostPush{glm::ivec4(cells, 0),
+                                     glm::ivec4(cell, 0),
+                                     glm::ivec4(size, 0),
+                                     glm::vec4(with.spacing_mm, 1.0 / (with.limit * with.limit)),
+                                     glm::ivec4(coarse * coarse_cell, 0),
+                                     glm::ivec4(step, first),
+                                     {float(with.noise * with.noise), 0, 0, 0},
+                                     {float(across.apart_mm), float(across.slope), 0, 0}},
             slice_groups(bricks));
         // A squared difference divided by limit^2 has more than ten times the error of the sample.
         expect_cells(to, expected, bricks, 4, 1.0, 100.0 * sampling_tolerance());
