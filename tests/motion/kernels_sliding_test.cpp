@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compute/motion/repair.h"
 #include "tests/motion/kernel_test.h"
 
 /// The kernels of the step for sliding borders, against their oracles.
@@ -39,6 +40,7 @@ class SlidingFindKernel : public SlidingKernelTest {};
 class SlidingChoiceKernels : public SlidingKernelTest {};
 class BlendAlongKernel : public SlidingKernelTest {};
 class MedianKernel : public SlidingKernelTest {};
+class FoldRepairOfBorders : public SlidingKernelTest {};
 class UpsampleCubicKernel : public SlidingKernelTest {};
 
 TEST_F(SlidingMomentsKernel, AreTheMeansOfWhatTheFieldBringsTogether) {
@@ -349,6 +351,39 @@ TEST_F(MedianKernel, TakesTheVectorMedianWhereACellTouchesAFlaggedOne) {
   }
   EXPECT_GT(taken, 100U);
   EXPECT_GT(kept, 10U);
+}
+
+/// The rounds that keep borders look at the cells' middles only; at the end there is no fold
+/// between them either.
+TEST_F(FoldRepairOfBorders, LeavesNoFoldBetweenTheCellsMiddlesEither) {
+  LevelPlan level;
+  level.image_size = glm::ivec3(48);
+  level.cell = glm::ivec3(4);
+  level.cells = glm::ivec3(12);
+  level.spacing_mm = glm::dvec3(1.0);
+  level.cell_mm = glm::dvec3(4.0);
+  size_t folded = 0;
+  for (uint32_t seed = 4100; seed < 4120; ++seed) {
+    SCOPED_TRACE(seed);
+    Vectors field = random_vectors(level.cells, seed, 0.6);
+    for (glm::dvec3& u : field.values) u *= level.cell_mm;
+    DeviceImage u = put(texels_of(field), Format::kRgba32);
+    DeviceImage other = put(texels_of(field), Format::kRgba32);
+    const DeviceImage flags = put(texels_of(Scalars(level.cells)), Format::kRgba16);
+    const BrickList bricks = all_bricks(level.cells);
+    vulkan::Buffer list = upload_bricks(context(), bricks);
+    vulkan::Buffer counts(context(), bricks.size() * sizeof(uint32_t),
+                          vulkan::Buffer::Kind::kHostVisible);
+    vulkan::Recorder recorder(context());
+    SolveReport report;
+    repair_folds(recorder, *kernels(), level, 0.01, 40,
+                 {u.image, other.image, flags.image, list, counts}, bricks, report);
+    folded += size_t(report.repaired);
+    const Scalars smallest =
+        oracle::folds(vectors_of(get(u)), level.cell, level.image_size, level.spacing_mm, true);
+    EXPECT_GT(*std::min_element(smallest.values.begin(), smallest.values.end()), 0.0099);
+  }
+  EXPECT_GT(folded, 20U);
 }
 
 TEST_F(UpsampleCubicKernel, IsTheCubicBetweenTheCoarseCells) {
