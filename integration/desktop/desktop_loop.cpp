@@ -1,6 +1,7 @@
 #include "integration/desktop/desktop_loop.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>

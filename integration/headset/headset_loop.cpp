@@ -1,6 +1,7 @@
 #include "integration/headset/headset_loop.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>

@@ -585,14 +585,15 @@ class X3dSceneReader {
     if (!stream) return files::bad_input(file, "can not be read: check its permissions.");
     text.clear();
     std::string part(1 << 16, '\0');
-    int n = 0;
-    while ((n = gzread(stream.get(), part.data(), unsigned(part.size()))) > 0) {
-      text.append(part, 0, size_t(n));
+    int n = 0, code = Z_OK;
+    do {
+      n = gzread(stream.get(), part.data(), unsigned(part.size()));
+      // After each read: since version 1.3.2 zlib forgets with the next one that the file was cut.
+      gzerror(stream.get(), &code);
+      text.append(part, 0, size_t(std::max(n, 0)));
       if (text.size() > kMostBytes)
         return files::bad_input(file, "is too large to be a scene: name a scene file (X3D).");
-    }
-    int code = Z_OK;
-    gzerror(stream.get(), &code);
+    } while (n > 0 && code == Z_OK);
     if (n < 0 || code != Z_OK)
       return files::bad_input(file,
                               "can not be unpacked: it is damaged or cut short; copy it again.");

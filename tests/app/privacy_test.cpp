@@ -1,6 +1,7 @@
 // Nothing that the program writes says who the patient is: all its outputs of a DICOM series whose
 // files say it are searched, as they are and unpacked.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>

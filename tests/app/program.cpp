@@ -97,7 +97,8 @@ void add_commands(const std::vector<std::string>& words,
       all.push_back(command);
       add_commands(command, all);
     }
-    listed |= line == "Subcommands:";
+    // CLI11 writes it in capitals since version 2.5.
+    listed |= line == "Subcommands:" || line == "SUBCOMMANDS:";
   }
 }
 

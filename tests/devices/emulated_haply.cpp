@@ -55,10 +55,13 @@ std::string accept_of(const std::string& key) {
   boost::uuids::detail::sha1 hash;
   const std::string text = key + kRfcGuid;
   hash.process_bytes(text.data(), text.size());
-  unsigned int words[5];
-  hash.get_digest(words);
+  // Five words, or twenty bytes since Boost 1.86.
+  boost::uuids::detail::sha1::digest_type digest;
+  hash.get_digest(digest);
+  constexpr size_t kWidth = sizeof digest[0];
   std::array<uint8_t, 20> bytes;
-  for (size_t n = 0; n < 20; ++n) bytes[n] = uint8_t(words[n / 4] >> (24 - 8 * (n % 4)));
+  for (size_t n = 0; n < 20; ++n)
+    bytes[n] = uint8_t(digest[n / kWidth] >> (8 * (kWidth - 1 - n % kWidth)));
   return base64(bytes);
 }
 

@@ -84,7 +84,8 @@ TEST(VtkLines, AreReadByVtk) {
 #else
   const TemporaryFolder folder;
   for (const bool empty : {false, true}) {
-    const VtkLines lines = empty ? VtkLines{"none", {}, {}, {{"length", 1, {}}}, {}} : two_lines();
+    VtkLines lines = two_lines();
+    if (empty) lines = {"none", {}, {}, {{"length", 1, {}}}, {}};
     const std::string file = folder / "lines.vtk";
     ASSERT_TRUE(write_vtk_lines(file, lines));
     vtkNew<vtkPolyDataReader> reader;

@@ -13,10 +13,15 @@ constexpr PictureSize kSize{128, 128};
 // A step of 1/255 in every value is 48 dB: more than the difference between devices that round
 // differently.
 constexpr double kAlike_db = 48.0;
+// Of tubes as thin as a pixel its rounding decides which one is seen: on other drivers than the one
+// that drew the pictures some pixels show the other (29 of 16,384 with Mesa 26.1).
+constexpr const char* kDrawnBy = "Mesa 22.3";
+constexpr double kThinAlike_db = 40.0;
 
 class GoldenTest : public ViewTest {
  protected:
-  void expect_as_before(const ViewScene& scene, const Eye& middle, const std::string& name) {
+  void expect_as_before(const ViewScene& scene, const Eye& middle, const std::string& name,
+                        double least_db = kAlike_db) {
     auto view = renderer({kSize, 2});
     std::vector<std::shared_ptr<const MovingVolume>> volumes;
     for (const ViewVolume& volume : scene.volumes) volumes.push_back(volume.data);
@@ -31,7 +36,7 @@ class GoldenTest : public ViewTest {
       }
       const auto golden = read_png(file);
       ASSERT_TRUE(golden) << file << " is missing or was not written by this test";
-      EXPECT_GT(psnr_db(pictures[size_t(eye)], *golden), kAlike_db) << file;
+      EXPECT_GT(psnr_db(pictures[size_t(eye)], *golden), least_db) << file;
     }
   }
   const Eye eye_ = eye_at({0.12, 0.10, 0.26}, {0.01, 0, 0}, 0.6, kSize);
@@ -106,7 +111,8 @@ TEST_F(GoldenTest, AVortexInTubes) {
   ViewScene scene;
   scene.volumes = {{volume, {}, {}, windowed(*preset_look("flow"), 5.0, 10.0)}};
   StreamLines(4).add(scene.things, *volume, {}, {}, 0.0008, false);
-  expect_as_before(scene, eye_, "vortex");
+  const bool same = context()->info().driver.find(kDrawnBy) != std::string::npos;
+  expect_as_before(scene, eye_, "vortex", same ? kAlike_db : kThinAlike_db);
 }
 
 }  // namespace

@@ -39,8 +39,14 @@ Driver swiftshader() {
   return {{"env", "VK_DRIVER_FILES=" + manifest.string()}, {}};
 }
 
+/// The start of the name of Debian 13's lavapipe.
+constexpr const char* kNewer = "llvmpipe (LLVM 19";
+
 /// With the folder's own ld.so, because the driver needs a newer C library than this machine's.
 Driver newer_lavapipe(const fs::path& scratch) {
+  for (const vulkan::GpuInfo& device : vulkan::list_devices())
+    if (device.name.starts_with("llvmpipe (LLVM 2"))
+      return {{}, "this machine's own lavapipe is newer: " + device.name};
   const fs::path said = scratch / "root.txt", why = scratch / "why.txt";
   if (report::call_program({"bash", PALPATE_MONADO_SCRIPT}, said, why) != 0)
     return {{}, report::text_of(why)};
@@ -124,7 +130,7 @@ TEST_P(OtherDriver, DrawsTheGoldenPictures) {
   run(driver_, {PALPATE_VIEW_TEST, "--gtest_brief=1", "--gtest_filter=GoldenTest.*"});
 }
 
-INSTANTIATE_TEST_SUITE_P(, OtherDriver, ::testing::Values("SwiftShader", "llvmpipe (LLVM 19"),
+INSTANTIATE_TEST_SUITE_P(, OtherDriver, ::testing::Values("SwiftShader", kNewer),
                          [](const auto& parameter) {
                            return std::string(parameter.index ? "NewerLavapipe" : "SwiftShader");
                          });

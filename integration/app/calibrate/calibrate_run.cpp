@@ -8,7 +8,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <glm/gtx/component_wise.hpp>
 #include <limits>
 #include <optional>
 #include <sstream>
@@ -452,7 +451,7 @@ std::optional<glm::dvec3> tip_of(const std::string& text) {
       second != ',' || words.peek() != std::istringstream::traits_type::eof())
     return std::nullopt;
   // A controller's tip is not a metre from its grip.
-  if (!(glm::compMax(glm::abs(tip_mm)) <= 1000.0)) return std::nullopt;
+  if (!glm::all(glm::lessThanEqual(glm::abs(tip_mm), glm::dvec3(1000.0)))) return std::nullopt;
   return 1e-3 * tip_mm;
 }
 

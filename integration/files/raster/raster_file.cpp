@@ -1,5 +1,7 @@
 #include "integration/files/raster/raster_file.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstring>

@@ -1,6 +1,7 @@
 #include "integration/files/scene/json_object.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
