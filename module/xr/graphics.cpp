@@ -104,6 +104,8 @@ Outcome<bool> still_drives(const Instance& instance, const System& system,
   if (!fits) return fits.error();
   VkPhysicalDevice device = VK_NULL_HANDLE;
   const XrResult asked = device_of(instance, system, context.instance(), &device);
+  // Monado 25.0.1 answers only where Vulkan was started through this connection.
+  if (asked == XR_ERROR_VALIDATION_FAILURE) return false;
   if (XR_FAILED(asked)) return problem_of("xrGetVulkanGraphicsDevice2KHR", asked);
   return device == context.physical_device();
 }

@@ -20,7 +20,8 @@ Outcome<std::shared_ptr<vulkan::Context>> make_context(const Instance& instance,
                                                        const GraphicsOptions& options);
 
 /// Asks the runtime what a session needs to be asked before it is created, for a device that an
-/// earlier instance of the runtime made: true if it still is the one that drives the display.
+/// earlier instance of the runtime made: true if it still is the one that drives the display. False
+/// also where the runtime refuses to say so.
 Outcome<bool> still_drives(const Instance& instance, const System& system,
                            const vulkan::Context& context);
 

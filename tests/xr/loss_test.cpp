@@ -166,6 +166,19 @@ TEST_F(XrLoss, MakesANewDeviceWhereTheRuntimeInsists) {
   EXPECT_EQ(runtime().last_frame().layers, 1u);
 }
 
+TEST_F(XrLoss, MakesANewDeviceWhereTheRuntimeKnowsNothingOfTheOldOne) {
+  runtime().setup().own_vulkan_only = true;
+  headset();
+  step_until(HeadsetState::kFocused);
+  runtime().lose_instance();
+  step();
+  EXPECT_EQ(recover(), HeadsetState::kFocused);
+  EXPECT_EQ(source.uses, 2);
+  EXPECT_EQ(source.drops, 1);
+  step();
+  EXPECT_EQ(runtime().last_frame().layers, 1u);
+}
+
 TEST_F(XrLoss, EndsWhenThePersonEndsTheSession) {
   xr::Headset& h = headset();
   step_until(HeadsetState::kFocused);

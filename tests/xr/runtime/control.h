@@ -46,6 +46,9 @@ struct Setup {
   bool runtime_up = true;  ///< false: xrCreateInstance gives RUNTIME_FAILURE
   /// sessions only with the last VkDevice made through this instance
   bool own_devices_only = false;
+  /// devices only of a VkInstance made through this instance; else VALIDATION_FAILURE, as Monado
+  /// 25.0.1 answers
+  bool own_vulkan_only = false;
   bool automatic = true;  ///< the session's states come by themselves
   bool should_render = true;
   /// The parts of each view that the optics hide, in the view's plane z = -1: triangles, one after

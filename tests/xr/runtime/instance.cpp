@@ -265,6 +265,7 @@ XrResult xr_CreateVulkanInstanceKHR(XrInstance handle, const XrVulkanInstanceCre
   const auto vk_create = reinterpret_cast<PFN_vkCreateInstance>(
       create->pfnGetInstanceProcAddr(VK_NULL_HANDLE, "vkCreateInstance"));
   *result = vk_create(create->vulkanCreateInfo, create->vulkanAllocator, made);
+  call.instance->made_vulkan = true;
   return XR_SUCCESS;
 }
 
@@ -274,6 +275,8 @@ XrResult xr_GetVulkanGraphicsDevice2KHR(XrInstance handle,
   const Call call("xrGetVulkanGraphicsDevice2KHR", handle);
   if (const auto bad = bad_system("xrGetVulkanGraphicsDevice2KHR", call, get->systemId))
     return *bad;
+  if (world().setup().own_vulkan_only && !call.instance->made_vulkan)
+    return XR_ERROR_VALIDATION_FAILURE;
   uint32_t count = 1;
   const VkResult found = vkEnumeratePhysicalDevices(get->vulkanInstance, &count, device);
   if ((found != VK_SUCCESS && found != VK_INCOMPLETE) || count == 0)

@@ -36,6 +36,7 @@ struct Instance : Object {
   bool asked_requirements = false;
   VkPhysicalDevice device = VK_NULL_HANDLE;
   VkDevice made = VK_NULL_HANDLE;
+  bool made_vulkan = false;
   /// By profile: action and part.
   std::map<XrPath, std::vector<std::pair<uint64_t, XrPath>>> suggested;
 };
