@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Builds what palpate takes from other libraries for Windows x64, from Debian's sources, without privileges: fmt, expat and GDCM as static
-# libraries, an import library for the Vulkan loader, and the headers of those that are headers alone (Boost, Eigen, GLM, nlohmann-json, Vulkan). zlib is
-# Debian's.
+# Builds what palpate takes from other libraries for Windows x64, from Debian's sources, without privileges, as static libraries; an import library
+# for the Vulkan loader, and the headers of those that are headers alone (Boost, CLI11, Eigen, GLM, nlohmann-json, Vulkan). zlib is Debian's. Ten
+# minutes on two cores, most of them OpenCV.
 # usage: dependencies.sh FOLDER   (FOLDER/include, FOLDER/lib; made once, then kept)
 set -euo pipefail
 [[ $# == 1 ]] || { echo "usage: dependencies.sh FOLDER" >&2; exit 2; }
@@ -11,8 +11,8 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 [[ ! -e $out/complete ]] || exit 0
 
 missing=()
-for package in g++-mingw-w64-x86-64-posix libz-mingw-w64-dev cmake ninja-build dpkg-dev libboost-dev libeigen3-dev \
-               libglm-dev nlohmann-json3-dev libvulkan-dev; do
+for package in g++-mingw-w64-x86-64-posix libz-mingw-w64-dev cmake make meson ninja-build pkg-config dpkg-dev libboost-dev libcli11-dev \
+               libeigen3-dev libglm-dev nlohmann-json3-dev libvulkan-dev; do
   [[ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" == installed ]] || missing+=("$package")
 done
 ((${#missing[@]} == 0)) || { echo "dependencies.sh: install ${missing[*]} first." >&2; exit 1; }
@@ -31,10 +31,13 @@ apt=(-q -o Dir::Etc::SourceList=/dev/null -o "Dir::Etc::SourceParts=$work/apt/pa
      -o APT::Sandbox::User=root)
 cd "$work/src"
 apt-get "${apt[@]}" update
-apt-get "${apt[@]}" source fmtlib expat gdcm
+apt-get "${apt[@]}" source fmtlib expat gdcm libpng1.6 cairo openssl glfw3 libjsoncpp openxr-sdk-source opencv
+# Debian changes nothing in these two that is built here.
+apt-get "${apt[@]}" --tar-only source pixman qrencode
+for packed in pixman_*.tar.* qrencode_*.tar.*; do tar -xf "$packed"; done
 
 # Libraries that are headers alone, linked one by one: /usr/include itself has glibc's.
-for headers in boost eigen3/Eigen eigen3/unsupported glm nlohmann vulkan vk_video; do
+for headers in boost eigen3/Eigen eigen3/unsupported glm nlohmann vulkan vk_video CLI; do
   ln -sfn "/usr/include/$headers" "$out/include/${headers##*/}"
 done
 header_package() {  # NAME TARGET
@@ -49,6 +52,7 @@ CONFIG
 header_package Boost Boost::headers
 header_package Eigen3 Eigen3::Eigen
 header_package nlohmann_json nlohmann_json::nlohmann_json
+header_package CLI11 CLI11::CLI11
 
 configure_and_install() {  # NAME SOURCE [OPTION...]
   # No source folder of this machine in the messages of the libraries.
@@ -78,6 +82,57 @@ static inline int iconv_close(iconv_t c) { (void)c; return 0; }
 HEADER
 configure_and_install gdcm gdcm-*/ -DGDCM_BUILD_APPLICATIONS=OFF -DGDCM_BUILD_TESTING=OFF -DGDCM_BUILD_EXAMPLES=OFF \
   -DGDCM_DOCUMENTATION=OFF -DGDCM_BUILD_SHARED_LIBS=OFF -DGDCM_USE_SYSTEM_ZLIB=ON -DGDCM_USE_SYSTEM_EXPAT=ON
+configure_and_install png libpng1.6-*/ -DPNG_SHARED=OFF -DPNG_TESTS=OFF -DPNG_EXECUTABLES=OFF
+configure_and_install qrencode qrencode-*/ -DWITH_TOOLS=OFF -DWITHOUT_PNG=ON
+configure_and_install glfw glfw3-*/ -DGLFW_BUILD_EXAMPLES=OFF -DGLFW_BUILD_TESTS=OFF -DGLFW_BUILD_DOCS=OFF
+configure_and_install jsoncpp libjsoncpp-*/ -DJSONCPP_WITH_TESTS=OFF -DJSONCPP_WITH_POST_BUILD_UNITTEST=OFF -DBUILD_OBJECT_LIBS=OFF
+configure_and_install openxr openxr-sdk-source-*/ -DDYNAMIC_LOADER=OFF -DBUILD_TESTS=OFF -DBUILD_API_LAYERS=OFF -DBUILD_CONFORMANCE_TESTS=OFF \
+  -DBUILD_WITH_SYSTEM_JSONCPP=ON -DJSONCPP_INCLUDE_DIRS="$out/include" -DJSONCPP_LIBRARIES="$out/lib/libjsoncpp.a"
+# It names the library for JSON by a target that nobody makes for it.
+sed -i -E 's/(\\\$<LINK_ONLY:)?JsonCpp::JsonCpp>?/${_IMPORT_PREFIX}\/lib\/libjsoncpp.a/' "$out/cmake/OpenXRTargets.cmake"
+# What palpate's second opinion on fields needs of it, and no more.
+configure_and_install opencv opencv-*/ -DBUILD_LIST=core,imgproc,video -DBUILD_TESTS=OFF -DBUILD_PERF_TESTS=OFF -DBUILD_EXAMPLES=OFF \
+  -DBUILD_opencv_apps=OFF -DBUILD_ZLIB=OFF $(printf -- '-DWITH_%s=OFF ' IPP OPENCL FFMPEG PROTOBUF EIGEN JPEG PNG TIFF WEBP OPENJPEG JASPER OPENEXR \
+    ITT QUIRC ADE WIN32UI DSHOW MSMF DIRECTX LAPACK)
+
+# pixman by Meson, cairo by its configure script, OpenSSL by its own.
+cross=x86_64-w64-mingw32
+cat >"$work/cross.ini" <<CROSS
+[binaries]
+c = '$cross-gcc-posix'
+ar = '$cross-ar'
+strip = '$cross-strip'
+windres = '$cross-windres'
+[built-in options]
+c_args = ['-ffile-prefix-map=$work/=']
+[host_machine]
+system = 'windows'
+cpu_family = 'x86_64'
+cpu = 'x86_64'
+endian = 'little'
+CROSS
+meson setup --cross-file "$work/cross.ini" --prefix "$out" --libdir lib --default-library static --buildtype release "$work/pixman" \
+  "$work"/src/pixman-*/ $(printf -- '-D%s=disabled ' gtk libpng tests openmp)
+meson install -C "$work/pixman"
+
+printf 'Name: zlib\nDescription: of MinGW\nVersion: 1.2.13\nLibs: /usr/%s/lib/libz.a\n' "$cross" >"$out/lib/pkgconfig/zlib.pc"
+# One time for all files: its makefiles would call the tools that made them otherwise.
+find "$work"/src/cairo-*/ -exec touch -r "$work"/src/cairo-*/configure {} +
+mkdir "$work/cairo"
+cd "$work/cairo"
+PKG_CONFIG_LIBDIR=$out/lib/pkgconfig PKG_CONFIG="pkg-config --static" CC=$cross-gcc-posix CXX=$cross-g++-posix \
+  CFLAGS="-O2 -Wp,-U_FORTIFY_SOURCE -ffile-prefix-map=$work/=" CPPFLAGS="-DCAIRO_WIN32_STATIC_BUILD -D_WIN32_WINNT=0x0A00" \
+  "$work"/src/cairo-*/configure --host=$cross --prefix="$out" --enable-static --disable-shared --enable-win32 --enable-win32-font --enable-png \
+    $(printf -- '--disable-%s ' xlib xcb ft fc ps pdf svg script tee xml gobject interpreter trace valgrind gtk-doc)
+make -C src -j "$(nproc)" install
+make install-data
+
+mkdir "$work/openssl"
+cd "$work/openssl"
+"$work"/src/openssl-*/Configure mingw64 no-shared no-tests no-engine no-dso --cross-compile-prefix=$cross- --prefix="$out" --libdir=lib \
+  --openssldir=/none "-ffile-prefix-map=$work/="
+make -j "$(nproc)" build_libs
+make install_dev
 
 # The loader belongs to the graphics driver: what is linked are its names, which are the same on every system.
 vulkan=$(ldconfig -p | awk '/libvulkan\.so\.1 .*x86-64/ && !found {print $NF; found = 1}')
@@ -86,8 +141,12 @@ x86_64-w64-mingw32-dlltool -d "$work/vulkan-1.def" -l "$out/lib/libvulkan-1.dll.
 
 # The library has these inside, so their licences go with it.
 mkdir -p "$out/licences"
-for source in fmtlib expat gdcm; do cp "$work/src/$source"-*/debian/copyright "$out/licences/$source.txt"; done
-for package in libboost-dev libeigen3-dev libglm-dev nlohmann-json3-dev libz-mingw-w64-dev g++-mingw-w64-x86-64-posix; do
+for source in fmtlib expat gdcm libpng1.6 cairo openssl glfw3 libjsoncpp openxr-sdk-source opencv; do
+  cp "$work/src/$source"-*/debian/copyright "$out/licences/$source.txt"
+done
+cp "$work"/src/pixman-*/COPYING "$out/licences/pixman.txt"
+cp "$work"/src/qrencode-*/COPYING "$out/licences/qrencode.txt"
+for package in libboost-dev libcli11-dev libeigen3-dev libglm-dev nlohmann-json3-dev libz-mingw-w64-dev g++-mingw-w64-x86-64-posix; do
   cp -L "/usr/share/doc/$package/copyright" "$out/licences/$package.txt"
 done
 

@@ -1,15 +1,28 @@
 #include <fmt/format.h>
+
+#ifndef _WIN32
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#endif
 
 #include "integration/app/commands.h"
 #include "integration/app/exit_code.h"
 
 namespace palpate::app {
 namespace {
+
+#ifdef _WIN32
+
+int run_lab(const std::vector<std::string>&) {
+  fmt::print(stderr,
+             "palpate: Charts are measured by palpate-lab, which is not made for Windows.\n");
+  return kExitBad;
+}
+
+#else
 
 namespace fs = std::filesystem;
 
@@ -46,6 +59,8 @@ int run_lab(const std::vector<std::string>& words) {
              "PATH: './run chart' in palpate's source tree builds and runs it.\n");
   return kExitBad;
 }
+
+#endif
 
 }  // namespace
 

@@ -47,8 +47,9 @@ std::string owners_text(const std::vector<const CLI::App*>& owners) {
 std::string no_such_command(const CLI::App& program, const std::string& word) {
   std::vector<std::string> names;
   for (const CLI::App* app : shown_commands(program)) names.push_back(app->get_name());
-  const std::string near = files::nearest_word(word, {names.begin(), names.end()});
-  if (!near.empty()) return fmt::format("There is no command '{}': did you mean '{}'?", word, near);
+  const std::string nearest = files::nearest_word(word, {names.begin(), names.end()});
+  if (!nearest.empty())
+    return fmt::format("There is no command '{}': did you mean '{}'?", word, nearest);
   return fmt::format("There is no command '{}': choose one of {}.", word, fmt::join(names, ", "));
 }
 
@@ -62,9 +63,10 @@ std::string no_such_option(const CLI::App& program, const CLI::App& app, const s
   const std::string bare = option.substr(option.find_first_not_of('-') == std::string::npos
                                              ? option.size()
                                              : option.find_first_not_of('-'));
-  const std::string near = files::nearest_word(bare, {names.begin(), names.end()});
-  if (near.empty()) return fmt::format("'{}' has no option '{}'.", full_name(app), option);
-  return fmt::format("'{}' has no option '{}': did you mean '--{}'?", full_name(app), option, near);
+  const std::string nearest = files::nearest_word(bare, {names.begin(), names.end()});
+  if (nearest.empty()) return fmt::format("'{}' has no option '{}'.", full_name(app), option);
+  return fmt::format("'{}' has no option '{}': did you mean '--{}'?", full_name(app), option,
+                     nearest);
 }
 
 /// Name of an option or argument as in --help.

@@ -119,7 +119,9 @@ void print_hands(const devices::DeviceList& list) {
     print_hand(device);
     any = true;
   }
-  if (!any) fmt::print("  None is plugged in: a 3Dconnexion SpaceMouse would do.\n");
+  if (!any)
+    fmt::print("  None is {}.\n",
+               list.wrong.empty() ? "plugged in: a 3Dconnexion SpaceMouse would do" : "found");
   if (!list.wrong.empty()) fmt::print("\n{}\n", with_flags(list.wrong));
 }
 

@@ -20,7 +20,7 @@
 #include "integration/app/picture_file.h"
 #include "integration/app/session_flags.h"
 #include "integration/app/viewers.h"
-#include "integration/devices/spacemouse.h"
+#include "integration/devices/bus_devices.h"
 #include "integration/files/atomic_file.h"
 #include "integration/files/frames.h"
 #include "integration/files/vtk_lines.h"
@@ -118,8 +118,12 @@ class FeelRun {
     const auto& volumes = scene.spec.volumes;
     if (std::any_of(volumes.begin(), volumes.end(), [](const VolumeSpec& volume) {
           return volume.drive.kind == DriveSpec::Kind::kSecondHand;
-        }))
-      second_hand_ = std::make_unique<devices::SpaceMouse>();
+        })) {
+      second_hand_ = devices::make_second_hand();
+      if (!second_hand_)
+        scene.notes.push_back(
+            text_note("A SpaceMouse can not be used on this system: what it would move stays."));
+    }
     if (prepared->leaves_motion_out)
       scene.notes.push_back(text_note(
           "No motion is estimated while recording: find it first with 'palpate motion', and name "
@@ -154,7 +158,7 @@ class FeelRun {
     outputs_.reset();
     if (!still_draws_) return rc;
     std::fflush(nullptr);
-    std::quick_exit(rc);
+    emergency::end_process(rc);
   }
 
   /// After run(): how the servo thread ran; null if it never did.
@@ -678,7 +682,7 @@ class FeelRun {
   bool is_ended_ = false, still_draws_ = false;
   Status kept_ = Nothing{};                        ///< whether table and recording are complete
   DeviceFault second_fault_ = DeviceFault::kNone;  ///< of the device of a second hand
-  std::unique_ptr<devices::SpaceMouse> second_hand_;
+  std::unique_ptr<SecondHand> second_hand_;
   std::optional<DeviceFault> second_hand_fault_;  ///< as it was told
   /// The window, once its display has gone away: the servo thread still uses its listener.
   std::unique_ptr<desktop::DesktopLoop> lost_window_;

@@ -40,11 +40,11 @@ int run(const CLI::App& program, const std::vector<std::string>& words) {
     if (print_option(program, word)) return kExitOk;
     std::vector<std::string> names;
     for (const CLI::App* one : commands) names.push_back(one->get_name());
-    const std::string near = files::nearest_word(word, {names.begin(), names.end()});
+    const std::string nearest = files::nearest_word(word, {names.begin(), names.end()});
     fmt::print(stderr, "{0}: There is no command and no option '{1}': {2}. See '{0} --help'.\n",
                kProgramName, word,
-               near.empty() ? fmt::format("name one of {}", fmt::join(names, ", "))
-                            : fmt::format("did you mean '{}'", near));
+               nearest.empty() ? fmt::format("name one of {}", fmt::join(names, ", "))
+                               : fmt::format("did you mean '{}'", nearest));
     return kExitBad;
   }
   print_help(*app);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sched.h>
 
 #include <charconv>
 #include <filesystem>
@@ -10,6 +9,7 @@
 
 #include "compute/motion/options.h"
 #include "integration/files/scene/json_object.h"
+#include "module/haptics/servo/real_time.h"
 
 namespace palpate::app {
 namespace {
@@ -110,12 +110,7 @@ CLI::Validator an_existing_path() {
 
 CLI::Validator a_core() {
   const auto check = [](std::string& text) {
-    cpu_set_t cores;
-    CPU_ZERO(&cores);
-    ::sched_getaffinity(0, sizeof cores, &cores);
-    std::vector<int> usable;
-    for (int core = 0; core < CPU_SETSIZE; ++core)
-      if (CPU_ISSET(core, &cores)) usable.push_back(core);
+    const std::vector<int> usable = usable_cores();
     const auto wanted = number_of<int>(text);
     if (wanted && std::find(usable.begin(), usable.end(), *wanted) != usable.end())
       return std::string();

@@ -1,13 +1,12 @@
 #include "integration/app/outputs.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <utility>
 
 #include "integration/files/atomic_file.h"
+#include "integration/files/descriptor.h"
 #include "integration/files/sentences.h"
 
 namespace palpate::app {
@@ -22,7 +21,8 @@ fs::path nearest_folder(const fs::path& path) {
 }
 
 Outputs::Outputs(fs::path folder) : folder_(std::move(folder)) {
-  hidden_ = nearest_folder(folder_) / fmt::format("{}{}", files::kHiddenFolder, ::getpid());
+  hidden_ =
+      nearest_folder(folder_) / fmt::format("{}{}", files::kHiddenFolder, files::process_id());
 }
 
 Outputs::Outputs(Outputs&& other) noexcept
@@ -33,9 +33,10 @@ Outputs::Outputs(Outputs&& other) noexcept
 
 Outputs::~Outputs() {
   if (hidden_.empty()) return;
+  // Closed first: not every system removes a folder that is open.
+  if (hidden_fd_ >= 0) files::close_descriptor(hidden_fd_);
   std::error_code error;
   fs::remove_all(hidden_, error);
-  if (hidden_fd_ >= 0) ::close(hidden_fd_);
 }
 
 Result<Outputs> Outputs::into(const fs::path& folder, double bytes) {
@@ -52,7 +53,7 @@ Result<fs::path> Outputs::stage(const std::string& name) {
   if (hidden_fd_ < 0) {
     fs::create_directory(hidden_, error);
     if (error) return files::bad_output(folder_, "can not be written: {}", error.message());
-    hidden_fd_ = ::open(hidden_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    hidden_fd_ = files::open_folder(hidden_);
     if (hidden_fd_ >= 0) files::lock_as_alive(hidden_fd_);
     // Another process may have removed it as abandoned before it was locked.
     fs::create_directory(hidden_, error);

@@ -1,7 +1,5 @@
 #include "integration/app/overwrite.h"
 
-#include <sys/stat.h>
-
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -10,6 +8,7 @@
 #include <utility>
 
 #include "integration/files/atomic_file.h"
+#include "integration/files/descriptor.h"
 #include "integration/files/frames.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/sentences.h"
@@ -20,18 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The file that a path refers to, independent of the spelling.
-using FileId = std::pair<dev_t, ino_t>;
-
 /// Largest size of a scene or header that is searched for names of files.
 constexpr std::streamsize kMostText = 1 << 20;
-
-bool id_of(const fs::path& path, FileId& id) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) return false;
-  id = {status.st_dev, status.st_ino};
-  return true;
-}
 
 std::string start_of(const fs::path& file) {
   std::string text(size_t(kMostText), '\0');
@@ -61,16 +50,15 @@ class InputFiles {
 
   /// The input that a path refers to; null if it is none.
   const fs::path* find(const fs::path& path) const {
-    FileId id;
-    if (!id_of(path, id)) return nullptr;
-    const auto found = paths_.find(id);
+    const auto id = files::file_id(path);
+    const auto found = id ? paths_.find(*id) : paths_.end();
     return found == paths_.end() ? nullptr : &found->second;
   }
 
  private:
   bool remember(const fs::path& path) {
-    FileId id;
-    return id_of(path, id) && paths_.emplace(id, path).second;
+    const auto id = files::file_id(path);
+    return id && paths_.emplace(*id, path).second;
   }
 
   void add_file(const fs::path& file) {
@@ -149,7 +137,7 @@ class InputFiles {
     }
   }
 
-  std::map<FileId, fs::path> paths_;
+  std::map<files::FileId, fs::path> paths_;
 };
 
 }  // namespace

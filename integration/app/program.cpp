@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <csignal>
 #include <cstdlib>
 #include <exception>
 #include <new>
@@ -11,6 +10,7 @@
 #include "integration/app/command_line.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/overwrite.h"
+#include "integration/app/process.h"
 #include "integration/app/progress.h"
 #include "integration/app/version.h"
 
@@ -92,7 +92,7 @@ int run(int argc, char** argv) {
   Console::set_verbose(*program.verbose);
   // Switches off the loader's own messages, since palpate reports the same. Before any thread
   // starts.
-  if (!Console::verbose()) setenv("XR_LOADER_DEBUG", "none", 0);
+  if (!Console::verbose()) set_if_missing("XR_LOADER_DEBUG", "none");
   const Command* command = chosen(program.commands);
   return command ? run_checked(*command) : int(kExitBad);
 }
@@ -136,10 +136,7 @@ void add_commands(CommandLine& program, std::vector<Command> commands) {
 }
 
 int run_program(int argc, char** argv) {
-  // A file that reached its size limit and a closed pipe become write errors: they must not kill a
-  // program that may be applying a force.
-  std::signal(SIGXFSZ, SIG_IGN);
-  std::signal(SIGPIPE, SIG_IGN);
+  prepare_process(argc, argv);
   try {
     return run(argc, argv);
   } catch (const std::system_error& error) {

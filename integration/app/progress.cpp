@@ -1,12 +1,12 @@
 #include "integration/app/progress.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 
 #include "integration/app/exit_code.h"
 #include "integration/app/program.h"
+#include "integration/files/descriptor.h"
 
 namespace palpate::app {
 namespace {
@@ -46,7 +46,7 @@ std::string bytes_text(double bytes) {
 Console::Console(bool quiet, bool json, Steps steps)
     : lines_(json ? stderr : stdout),
       quiet_(quiet),
-      has_bar_(!quiet && ::isatty(STDERR_FILENO)),
+      has_bar_(!quiet && files::is_terminal(2)),
       has_step_lines_(!quiet && !has_bar_ && steps == Steps::kLines) {}
 
 Console::~Console() {

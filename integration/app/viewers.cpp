@@ -2,19 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
-
 #include "integration/app/advice.h"
 #include "integration/app/progress.h"
+#include "integration/desktop/display.h"
 
 namespace palpate::app {
 namespace {
-
-bool has_display() {
-  for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY"})
-    if (const char* value = std::getenv(name); value && *value) return true;
-  return false;
-}
 
 Result<std::unique_ptr<desktop::DesktopLoop>> open_window(const ViewerChoice& choice) {
   auto window =
@@ -28,7 +21,7 @@ Result<Viewers> in_headset(const ViewerChoice& choice, Viewers viewers,
   viewers.why = found.headset ? fmt::format("in the headset: {}.", found.sentence)
                               : fmt::format("in a headset, as asked, as soon as one is there: {}",
                                             found.sentence);
-  if (!choice.mirror || !has_display()) return viewers;
+  if (!choice.mirror || !desktop::has_display()) return viewers;
   // The window is for other people: the headset works without it.
   auto window = open_window(choice);
   if (!window) return viewers;
@@ -74,7 +67,7 @@ Result<Viewers> open_viewers(const ViewerChoice& choice) {
   // for.
   const std::string reason =
       found.runtime || Console::verbose() ? " " + found.sentence : std::string();
-  if (has_display()) {
+  if (desktop::has_display()) {
     auto window = open_window(choice);
     if (window) {
       viewers.window = std::move(*window);

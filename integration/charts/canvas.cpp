@@ -2,13 +2,15 @@
 
 #include <cairo.h>
 #include <fmt/core.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <numbers>
+
+#include "compute/volume/open_file.h"
+#include "integration/files/descriptor.h"
 
 namespace palpate::charts {
 namespace {
@@ -233,17 +235,17 @@ Status Canvas::save(const std::string& path) const {
                              "try again.",
                              path)};
   }
-  const std::string partial = fmt::format("{}.partial-{}", path, ::getpid());
-  FILE* file = std::fopen(partial.c_str(), "wb");
+  const std::filesystem::path partial = fmt::format("{}.partial-{}", path, files::process_id());
+  std::FILE* file = open_file(partial, "wb");
   if (!file) return write_failed(path, errno);
   const cairo_status_t drawn = cairo_surface_write_to_png_stream(surface_, append_to_file, file);
   const int write_error = errno;
   const bool closed = std::fclose(file) == 0;
   if (drawn == CAIRO_STATUS_SUCCESS && closed) {
-    if (std::rename(partial.c_str(), path.c_str()) == 0) return Nothing{};
+    if (files::rename_over(partial, path)) return Nothing{};
   }
   const int code = drawn == CAIRO_STATUS_SUCCESS ? errno : write_error;
-  std::remove(partial.c_str());
+  files::remove_quietly(partial);
   return write_failed(path, code);
 }
 

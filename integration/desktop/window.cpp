@@ -5,12 +5,15 @@
 // After the macros that tell GLFW what to include: only OpenGL 1.1 with a few constants of 1.2 is
 // used.
 #include <GLFW/glfw3.h>
+#ifdef _WIN32
+#include <GL/glext.h>  // what its gl.h lacks
+#endif
 
 #include <algorithm>
 #include <optional>
 #include <utility>
 
-#include "integration/desktop/display_loss.h"
+#include "integration/desktop/display.h"
 
 namespace palpate::desktop {
 namespace {

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <utility>
 
 /// Open files by their descriptors, with what Linux and Windows do differently behind it. Those
 /// that return -1 or false set errno. Not real-time safe.
@@ -32,8 +34,16 @@ bool rename_over(const std::filesystem::path& from, const std::filesystem::path&
 void remove_quietly(const std::filesystem::path& path);
 /// Whether the open file has lost its name.
 bool was_removed(int fd);
+/// The disk and the number of a file on it: the same for all its names. Nothing where there is
+/// none.
+using FileId = std::pair<uint64_t, uint64_t>;
+std::optional<FileId> file_id(const std::filesystem::path& path);
 /// Gives the open file the permissions of another one, if that is there and the system has such.
 bool copy_permissions(const std::filesystem::path& from, int fd);
+/// So that it can be locked as alive.
+int open_folder(const std::filesystem::path& folder);
+/// Whether what is written there is seen on a screen at once, with colours and a cursor.
+bool is_terminal(int fd);
 
 int process_id();
 /// Whether nobody holds the lock of lock_as_alive() on this path.

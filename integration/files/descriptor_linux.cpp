@@ -49,7 +49,7 @@ bool sync_to_disk(int fd) {
 }
 
 void sync_folder(const fs::path& folder) {
-  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int fd = open_folder(folder);
   if (fd < 0) return;
   ::fsync(fd);
   ::close(fd);
@@ -68,9 +68,23 @@ bool was_removed(int fd) {
   return ::fstat(fd, &status) == 0 && status.st_nlink == 0;
 }
 
+std::optional<FileId> file_id(const fs::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) return std::nullopt;
+  return FileId{status.st_dev, status.st_ino};
+}
+
 bool copy_permissions(const fs::path& from, int fd) {
   struct stat old {};
   return ::stat(from.c_str(), &old) != 0 || ::fchmod(fd, old.st_mode & 07777) == 0;
+}
+
+int open_folder(const fs::path& folder) {
+  return ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+}
+
+bool is_terminal(int fd) {
+  return ::isatty(fd) == 1;
 }
 
 int process_id() {

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstdio>
 
 #include "integration/files/atomic_file.h"
@@ -98,9 +99,38 @@ bool was_removed(int) {
   return false;
 }
 
+std::optional<FileId> file_id(const fs::path& path) {
+  // Asks for no right to read it. FILE_FLAG_BACKUP_SEMANTICS: folders, too.
+  const HANDLE file =
+      CreateFileW(path.c_str(), 0, FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE, nullptr,
+                  OPEN_EXISTING, FILE_FLAG_BACKUP_SEMANTICS, nullptr);
+  if (file == INVALID_HANDLE_VALUE) return std::nullopt;
+  BY_HANDLE_FILE_INFORMATION about{};
+  const bool known = GetFileInformationByHandle(file, &about);
+  CloseHandle(file);
+  if (!known) return std::nullopt;
+  return FileId{about.dwVolumeSerialNumber,
+                uint64_t(about.nFileIndexHigh) << 32 | about.nFileIndexLow};
+}
+
 // A new file has those of its folder.
 bool copy_permissions(const fs::path&, int) {
   return true;
+}
+
+int open_folder(const fs::path& folder) {
+  const HANDLE open = CreateFileW(folder.c_str(), GENERIC_READ, FILE_SHARE_READ | FILE_SHARE_WRITE,
+                                  nullptr, OPEN_EXISTING, FILE_FLAG_BACKUP_SEMANTICS, nullptr);
+  return open == INVALID_HANDLE_VALUE ? -1 : _open_osfhandle(intptr_t(open), _O_RDONLY);
+}
+
+bool is_terminal(int fd) {
+  if (!_isatty(fd)) return false;
+  // Consoles of Windows 10 understand the codes that move the cursor once they are asked to.
+  const auto console = HANDLE(_get_osfhandle(fd));
+  DWORD mode = 0;
+  return GetConsoleMode(console, &mode) &&
+         SetConsoleMode(console, mode | ENABLE_VIRTUAL_TERMINAL_PROCESSING);
 }
 
 int process_id() {

@@ -8,7 +8,7 @@ namespace fs = std::filesystem;
 
 fs::path state_folder() {
 #ifdef _WIN32
-  const char* const local = std::getenv("LOCALAPPDATA");
+  const wchar_t* const local = _wgetenv(L"LOCALAPPDATA");
   return local && *local ? fs::path(local) / "palpate" : fs::path();
 #else
   const char* state = std::getenv("XDG_STATE_HOME");

@@ -43,6 +43,7 @@
      runtime allocate on their own.
    - Threads: [RT] may be called on any thread and is real-time safe: no lock, no allocation, no
      system call; [ANY] may be called on any thread.
+   - Text is UTF-8, on every system also in names of files.
    - Units: haptics m, N, s in the device's space (x right, y up, z towards the user); the world is
      m, right-handed, y up; grids and motion fields are mm in the patient's space (LPS), as ITK has
      them. A volume's own space is m, y up: x = L, y = S, z = -P of its patient, times 0.001. */

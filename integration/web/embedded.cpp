@@ -1,16 +1,23 @@
 #include "integration/web/embedded.h"
 
+// Windows' assembler names constants otherwise, and remembers no section.
+#ifdef _WIN32
+#define PALPATE_CONSTANTS ".section .rdata,\"dr\"\n"
+#define PALPATE_AS_BEFORE ".text\n"
+#else
+#define PALPATE_CONSTANTS ".pushsection .rodata\n"
+#define PALPATE_AS_BEFORE ".popsection\n"
+#endif
+
 // The assembler puts the bytes of a file between two names.
-#define PALPATE_EMBED(name, file) \
-  __asm__(                        \
-      ".pushsection .rodata\n"    \
-      ".globl " name "\n" name    \
-      ":\n"                       \
-      ".incbin \"" file           \
-      "\"\n"                      \
-      ".globl " name "End\n" name \
-      "End:\n"                    \
-      ".byte 0\n.popsection\n")
+#define PALPATE_EMBED(name, file)                       \
+  __asm__(PALPATE_CONSTANTS ".globl " name "\n" name    \
+                            ":\n"                       \
+                            ".incbin \"" file           \
+                            "\"\n"                      \
+                            ".globl " name "End\n" name \
+                            "End:\n"                    \
+                            ".byte 0\n" PALPATE_AS_BEFORE)
 
 PALPATE_EMBED("kPalpateWebStyle", PALPATE_WEB_STYLE);
 PALPATE_EMBED("kPalpateWebScript", PALPATE_WEB_SCRIPT);

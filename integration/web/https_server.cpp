@@ -1,8 +1,6 @@
 #include "integration/web/https_server.h"
 
 #include <fmt/format.h>
-#include <ifaddrs.h>
-#include <netinet/in.h>
 #include <openssl/crypto.h>
 
 #include <atomic>
@@ -18,6 +16,8 @@
 #include <map>
 #include <optional>
 #include <thread>
+
+#include "integration/web/own_addresses.h"
 
 namespace palpate::web {
 namespace {
@@ -41,21 +41,6 @@ constexpr size_t kTokenBytes = 16, kMostHeaderBytes = 8192, kMostFrameBytes = 65
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' "
     "data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
-
-/// The addresses by which others reach this machine.
-std::vector<std::string> own_addresses() {
-  std::vector<std::string> found;
-  ifaddrs* list = nullptr;
-  if (getifaddrs(&list) != 0) return found;
-  for (const ifaddrs* one = list; one; one = one->ifa_next) {
-    if (!one->ifa_addr || one->ifa_addr->sa_family != AF_INET) continue;
-    const auto* const ip = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
-    const net::ip::address_v4 address(ntohl(ip->sin_addr.s_addr));
-    if (!address.is_loopback()) found.push_back(address.to_string());
-  }
-  freeifaddrs(list);
-  return found;
-}
 
 std::string in_url(const std::string& host, uint16_t port, const std::string& token) {
   const bool is_v6 = host.find(':') != std::string::npos;

@@ -12,13 +12,15 @@ struct TimeStamp {
   bool exact = true;  ///< false: guessed
 };
 
-/// XrTime as a time of CLOCK_MONOTONIC. Without XR_KHR_convert_timespec_time their offset is
-/// unknown: then display times are assumed to be one period after now_ns, when xrWaitFrame
-/// returned.
+/// The system's time in ns of its monotonic clock.
+int64_t ns_of(SystemTime time);
+
+/// XrTime as a time of the monotonic clock. Without kTimeExtension their offset is unknown: then
+/// display times are assumed to be one period after now_ns, when xrWaitFrame returned.
 Outcome<TimeStamp> time_stamp_of(const Instance& instance, XrTime time, XrDuration period,
                                  int64_t now_ns);
 
-/// CLOCK_MONOTONIC now.
+/// The monotonic clock now: CLOCK_MONOTONIC, or Windows' performance counter.
 int64_t monotonic_ns();
 
 }  // namespace palpate::xr

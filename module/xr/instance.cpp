@@ -62,7 +62,7 @@ Outcome<Instance> Instance::make(bool overlay) {
   Instance made;
   made.depth_layer_ = want(XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME);
   const bool mask = want(XR_KHR_VISIBILITY_MASK_EXTENSION_NAME);
-  const bool clock = want(XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME);
+  const bool clock = want(kTimeExtension);
   const bool hands = want(XR_EXT_HAND_TRACKING_EXTENSION_NAME);
   const bool rates = want(XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME);
   made.hand_interaction_ = want(kHandInteractionExtension);
@@ -98,8 +98,7 @@ Done Instance::load_functions(bool clock, bool mask, bool hands, bool rates) {
   if (loaded) loaded = load(handle(), "xrCreateVulkanInstanceKHR", create_vulkan_instance);
   if (loaded) loaded = load(handle(), "xrGetVulkanGraphicsDevice2KHR", get_vulkan_device);
   if (loaded) loaded = load(handle(), "xrCreateVulkanDeviceKHR", create_vulkan_device);
-  if (loaded && clock)
-    loaded = load(handle(), "xrConvertTimeToTimespecTimeKHR", convert_time_to_timespec);
+  if (loaded && clock) loaded = load(handle(), kTimeCall, convert_time);
   if (loaded && mask) loaded = load(handle(), "xrGetVisibilityMaskKHR", get_visibility_mask);
   if (loaded && hands) loaded = load(handle(), "xrDestroyHandTrackerEXT", destroy_hand_tracker);
   if (loaded && hands) loaded = load(handle(), "xrLocateHandJointsEXT", locate_hand_joints);

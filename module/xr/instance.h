@@ -7,11 +7,28 @@
 #include <openxr/openxr.h>
 #include <openxr/openxr_platform.h>
 
+#include <ctime>
 #include <string>
+#include <type_traits>
 
 #include "module/xr/call.h"
 
 namespace palpate::xr {
+
+#ifdef _WIN32
+inline constexpr bool kOnWindows = true;
+#else
+inline constexpr bool kOnWindows = false;
+#endif
+/// The system's time, as runtimes give it instead of XrTime: of CLOCK_MONOTONIC, or on Windows of
+/// the performance counter (a LARGE_INTEGER without its header).
+using SystemTime = std::conditional_t<kOnWindows, int64_t, timespec>;
+inline constexpr const char* kTimeExtension = kOnWindows
+                                                  ? "XR_KHR_win32_convert_performance_counter_time"
+                                                  : XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME;
+inline constexpr const char* kTimeCall =
+    kOnWindows ? "xrConvertTimeToWin32PerformanceCounterKHR" : "xrConvertTimeToTimespecTimeKHR";
+using ConvertTime = XrResult(XRAPI_PTR*)(XrInstance, XrTime, SystemTime*);
 
 /// First in the life cycle: the connection to a runtime, with the extensions that palpate uses.
 /// Move-only.
@@ -33,7 +50,7 @@ class Instance {
   bool has_quad_views() const { return quad_views_; }
   /// The same where that pair follows the gaze.
   bool has_foveation() const { return foveation_; }
-  bool has_clock() const { return convert_time_to_timespec != nullptr; }
+  bool has_clock() const { return convert_time != nullptr; }
 
   /// True with the next event in `event`, or false. The caller reuses one buffer, since it has 4
   /// kB.
@@ -47,7 +64,7 @@ class Instance {
   PFN_xrGetVulkanGraphicsDevice2KHR get_vulkan_device = nullptr;
   PFN_xrCreateVulkanDeviceKHR create_vulkan_device = nullptr;
   // Null where the runtime lacks the extension.
-  PFN_xrConvertTimeToTimespecTimeKHR convert_time_to_timespec = nullptr;
+  ConvertTime convert_time = nullptr;
   PFN_xrGetVisibilityMaskKHR get_visibility_mask = nullptr;
   PFN_xrCreateHandTrackerEXT create_hand_tracker = nullptr;  ///< all three, or none
   PFN_xrDestroyHandTrackerEXT destroy_hand_tracker = nullptr;

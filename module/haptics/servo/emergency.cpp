@@ -67,6 +67,11 @@ bool is_asked() noexcept {
   return asked.load(std::memory_order_relaxed);
 }
 
+void end_process(int exit_code) noexcept {
+  ask_and_wait();
+  std::_Exit(exit_code);
+}
+
 bool join(ServoLoop* loop) {
   for (Seat& seat : seats) {
     if (seat.taken.exchange(true)) continue;

@@ -33,6 +33,10 @@ void install();
 /// True once anything of the above has asked for a stop. Stays true. Any thread, real-time safe.
 bool is_asked() noexcept;
 
+/// Ends the process after the ramp of all servo loops, without destructors: for a program in which
+/// something hangs. Any thread.
+[[noreturn]] void end_process(int exit_code) noexcept;
+
 /// Called by a servo thread: that it begins (false: there are 8 loops already), whether it is at
 /// rest, and that it ends. rest() is real-time safe.
 bool join(ServoLoop* loop);

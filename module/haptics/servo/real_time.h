@@ -47,6 +47,9 @@ class ProcessPreparation {
 /// timer slack of 1 ns. Not real-time safe itself.
 void prepare_thread(const RealTimeOptions& options, ServoReport& report);
 
+/// The processor cores that this process may use, in ascending order. Any thread.
+std::vector<int> usable_cores();
+
 /// Work that gives way to the servo loop, with its niceness. kEstimation beside a loop without
 /// real-time priority: pictures come before it. kFirstMotion: what moves the data at all, and all
 /// estimation beside a loop that has real-time priority; with ten other busy processes on two cores

@@ -139,6 +139,16 @@ void prepare_thread(const RealTimeOptions& options, ServoReport& report) {
   if (options.priority > 0) set_priority(options.priority, report);
 }
 
+std::vector<int> usable_cores() {
+  cpu_set_t cores;
+  CPU_ZERO(&cores);
+  sched_getaffinity(0, sizeof cores, &cores);
+  std::vector<int> usable;
+  for (int core = 0; core < CPU_SETSIZE; ++core)
+    if (CPU_ISSET(core, &cores)) usable.push_back(core);
+  return usable;
+}
+
 void give_way(BackgroundWork work) noexcept {
   setpriority(PRIO_PROCESS, id_t(gettid()), int(work));
 }

@@ -59,6 +59,15 @@ void prepare_thread(const RealTimeOptions& options, ServoReport& report) {
   if (options.priority > 0) set_priority(report);
 }
 
+std::vector<int> usable_cores() {
+  DWORD_PTR own = 0, all = 0;
+  GetProcessAffinityMask(GetCurrentProcess(), &own, &all);
+  std::vector<int> usable;
+  for (int core = 0; core < int(8 * sizeof own); ++core)
+    if (own >> core & 1) usable.push_back(core);
+  return usable;
+}
+
 void give_way(BackgroundWork work) noexcept {
   SetThreadPriority(GetCurrentThread(), work == BackgroundWork::kEstimation
                                             ? THREAD_PRIORITY_LOWEST

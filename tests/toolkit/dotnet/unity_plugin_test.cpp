@@ -1,15 +1,16 @@
 // The plugin for Unity, in a host with the same tables of functions. It is preloaded; the host has
 // a device of its own, images, and a command buffer that is submitted when the queue is asked for.
 // A thread submits all the time. Unity itself is not here.
-#include <dlfcn.h>
 #include <gmock/gmock.h>
 
 #include <atomic>
 #include <cmath>
 #include <cstring>
 #include <deque>
+#include <optional>
 #include <thread>
 
+#include "integration/files/shared_library.h"
 #include "integration/toolkit/dotnet/unity/palpate_unity.h"
 #include "integration/toolkit/dotnet/unity/unity_tables.h"
 #include "tests/toolkit/c_library.h"
@@ -39,8 +40,10 @@ class FakeUnity {
   FakeUnity() { self = this; }
   ~FakeUnity() {
     if (device) wait_device_(device);
-    if (plugin_) function<void()>("UnityPluginUnload")();
-    if (plugin_) dlclose(plugin_);
+    if (plugin_) {
+      function<void()>("UnityPluginUnload")();
+      plugin_->close();
+    }
     if (device) {
       for (Surface& surface : surfaces_) {
         vkDestroyImage(device, surface.image, nullptr);
@@ -55,12 +58,12 @@ class FakeUnity {
 
   template <class Function>
   Function* function(const char* name) {
-    return reinterpret_cast<Function*>(dlsym(plugin_, name));
+    return plugin_->find<Function>(name);
   }
 
   void load_plugin() {
-    plugin_ = dlopen(PALPATE_UNITY_PLUGIN, RTLD_NOW | RTLD_LOCAL);
-    ASSERT_TRUE(plugin_) << dlerror();
+    plugin_.emplace(PALPATE_UNITY_PLUGIN);
+    ASSERT_TRUE(plugin_->is_open()) << plugin_->problem();
     function<void(Tables*)>("UnityPluginLoad")(&tables_);
   }
 
@@ -326,7 +329,7 @@ class FakeUnity {
       .access_queue = &access_queue,
       .add_init_hook = &add_init_hook,
       .remove_init_hook = [](InitHook) { return true; }};
-  void* plugin_ = nullptr;
+  std::optional<files::SharedLibrary> plugin_;
   InitHook hook_ = nullptr;
   void* hook_user_ = nullptr;
   void (*listener_)(GraphicsEvent) = nullptr;

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """palpate.dll, cross-built by the preset `windows`, under Wine: forces of a recording bit for bit, its picture, fields of real pairs, and the sentences for
-wrong files are those of this machine's libpalpate.so.
+wrong files are those of this machine's libpalpate.so. The plugin for Unity draws in its fake host, where GoogleTest's sources were there.
 usage: windows_test.py PALPATE SHARED-DATA BUILD WINDOWS
   BUILD    where libpalpate.so is
   WINDOWS  where palpate.dll and libpalpate.dll.a are
 Exits with 77 where there is no such library, Wine, MinGW, Xvfb, or data. What Windows itself does, this test does not know: no real time, no force
 device and no headset are under Wine."""
 
+import contextlib
 import json
 import os
 import shutil
@@ -47,12 +48,33 @@ def compare_fields(one: Path, other: Path) -> float:
     return max(sum((a[k + c] - b[k + c]) ** 2 for c in range(3)) ** 0.5 for k in range(0, len(a), 3)) / spacing
 
 
+@contextlib.contextmanager
+def wine(windows: Path, *tools: str):
+    """The environment in which Wine runs programs. Wine's Vulkan comes with its windows, so there is a screen."""
+    for tool in ("wine", "Xvfb", COMPILER, *tools):
+        if not shutil.which(tool):
+            skip(f"{tool} is needed")
+    read_end, write_end = os.pipe()
+    with subprocess.Popen(["Xvfb", "-displayfd", str(write_end), "-screen", "0", "1280x800x24"], pass_fds=[write_end], stderr=subprocess.DEVNULL) as screen:
+        try:
+            os.close(write_end)
+            with os.fdopen(read_end) as told:
+                display = f":{told.readline().strip()}"
+            # Names of files are UTF-8 to Wine, too.
+            environment = {**os.environ, "DISPLAY": display, "WINEPREFIX": str(windows / "wine"), "WINEDEBUG": "-all", "LC_ALL": "C.UTF-8"}
+            # The first program makes the folder, and says so.
+            hosts.output("wine", "cmd", "/c", "exit", env=environment)
+            yield environment
+        finally:
+            screen.terminate()
+
+
 class Hosts:
     """The two programs in C, for this machine and for Windows; both are given paths relative to one folder."""
 
-    def __init__(self, build: Path, windows: Path, folder: Path, display: str):
+    def __init__(self, build: Path, windows: Path, folder: Path, environment: dict):
         self.folder = folder
-        self.environment = {**os.environ, "LD_LIBRARY_PATH": str(build), "DISPLAY": display, "WINEPREFIX": str(windows / "wine"), "WINEDEBUG": "-all"}
+        self.environment = {**environment, "LD_LIBRARY_PATH": str(build)}
         shutil.copy(windows / "palpate.dll", folder)
         include = f"-I{ROOT / 'integration/toolkit'}"
         for name, source in (("replay_host", HERE.parent / "hosts/replay_host.c"), ("motion_host", HERE / "motion_host.c")):
@@ -82,48 +104,41 @@ def main() -> None:
     palpate, shared, build, windows = (Path(path).resolve() for path in sys.argv[1:5])
     if not (windows / "palpate.dll").exists():
         skip(f"{windows} has no palpate.dll: cmake/windows/dependencies.sh, then cmake --preset windows and cmake --build --preset windows")
-    for tool in ("wine", "Xvfb", COMPILER):
-        if not shutil.which(tool):
-            skip(f"{tool} is needed")
     if not (shared / "lung/pair_fixed.mha").exists():
         skip(f"there is no lung in '{shared}'")
-    read_end, write_end = os.pipe()
-    # Wine's Vulkan comes with its windows.
-    with subprocess.Popen(["Xvfb", "-displayfd", str(write_end), "-screen", "0", "640x480x24"], pass_fds=[write_end], stderr=subprocess.DEVNULL) as screen, \
-            tempfile.TemporaryDirectory(prefix="windows ") as made:
-        try:
-            os.close(write_end)
-            with os.fdopen(read_end) as told:
-                display = f":{told.readline().strip()}"
-            folder = Path(made)
-            both = Hosts(build, windows, folder, display)
-            for name in ("lung", "heart_cine", "liver", "kit"):
-                (folder / name).symlink_to(shared / name)
+    with wine(windows) as environment, tempfile.TemporaryDirectory(prefix="windows ") as made:
+        folder = Path(made)
+        both = Hosts(build, windows, folder, environment)
+        for name in ("lung", "heart_cine", "liver", "kit"):
+            (folder / name).symlink_to(shared / name)
 
-            heart = hosts.Heart(palpate, shared, folder, hosts.SIZE)
-            frames = [frame.relative_to(shared) for frame in heart.frames]
-            for name, said in zip(("Linux", "Windows"), both.run("replay_host", "motion", "heart.ticks", "drawn.ppm", hosts.SIZE, *frames, makes="drawn.ppm")):
-                said = json.loads(said)
-                print(f"{name}: {said['ticks']} ticks, {said['different']} of them different")
-                assert said["ticks"] > 2000 and said["different"] == 0, said
-            reference = hosts.read_png(heart.picture)[:3 * hosts.SIZE * hosts.SIZE]
-            agrees = hosts.peak_snr_db(reference, hosts.read_ppm(folder / "windows drawn.ppm"))
-            print(f"Windows' picture agrees with the program's to {agrees:.1f} dB")
-            assert agrees >= 40.0
+        heart = hosts.Heart(palpate, shared, folder, hosts.SIZE)
+        frames = [frame.relative_to(shared) for frame in heart.frames]
+        for name, said in zip(("Linux", "Windows"), both.run("replay_host", "motion", "heart.ticks", "drawn.ppm", hosts.SIZE, *frames, makes="drawn.ppm")):
+            said = json.loads(said)
+            print(f"{name}: {said['ticks']} ticks, {said['different']} of them different")
+            assert said["ticks"] > 2000 and said["different"] == 0, said
+        reference = hosts.read_png(heart.picture)[:3 * hosts.SIZE * hosts.SIZE]
+        agrees = hosts.peak_snr_db(reference, hosts.read_ppm(folder / "windows drawn.ppm"))
+        print(f"Windows' picture agrees with the program's to {agrees:.1f} dB")
+        assert agrees >= 40.0
 
-            for preset, pair in (("fast", frames[:2]), ("balanced", ["lung/pair_fixed.mha", "lung/pair_moving.mha"]),
-                                 ("balanced", ["kit/tooth_affine/fixed.mha", "kit/tooth_affine/moving.mha"]), ("balanced", ["liver/19/fixed.mha", "liver/19/moving_1.mha"])):
-                said = both.run("motion_host", preset, "field.nrrd", *pair, makes="field.nrrd")
-                differ = compare_fields(folder / "linux field.nrrd", folder / "windows field.nrrd")
-                seconds = [json.loads(one)["seconds"] for one in said]
-                print(f"{pair[0]}, {preset}: the fields differ by {differ:.2g} voxel at most; {seconds[0]:.1f} s, under Wine {seconds[1]:.1f} s")
-                assert differ <= FIELDS_WITHIN_VOXEL
+        for preset, pair in (("fast", frames[:2]), ("balanced", ["lung/pair_fixed.mha", "lung/pair_moving.mha"]),
+                             ("balanced", ["kit/tooth_affine/fixed.mha", "kit/tooth_affine/moving.mha"]), ("balanced", ["liver/19/fixed.mha", "liver/19/moving_1.mha"])):
+            said = both.run("motion_host", preset, "field.nrrd", *pair, makes="field.nrrd")
+            differ = compare_fields(folder / "linux field.nrrd", folder / "windows field.nrrd")
+            seconds = [json.loads(one)["seconds"] for one in said]
+            print(f"{pair[0]}, {preset}: the fields differ by {differ:.2g} voxel at most; {seconds[0]:.1f} s, under Wine {seconds[1]:.1f} s")
+            assert differ <= FIELDS_WITHIN_VOXEL
 
-            linux, told = both.run("motion_host", *wrong_files(folder, shared))
-            print(told)
-            assert told.replace("\\", "/") == linux and linux.count("\n") == 8 and "read\n" not in linux, (linux, told)
-        finally:
-            screen.terminate()
+        if (windows / "unity_plugin_test.exe").exists():
+            told = hosts.output("wine", "unity_plugin_test.exe", cwd=windows, env=environment)
+            assert "[  PASSED  ] 2 tests." in told, told
+            print("the plugin for Unity passes its test")
+
+        linux, told = both.run("motion_host", *wrong_files(folder, shared))
+        print(told)
+        assert told.replace("\\", "/") == linux and linux.count("\n") == 8 and "read\n" not in linux, (linux, told)
 
 
 if __name__ == "__main__":

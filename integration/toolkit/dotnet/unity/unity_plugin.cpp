@@ -1,5 +1,9 @@
 // Unity's Vulkan device for palpate, and palpate's pictures in Unity's cameras.
+#ifdef _WIN32
+#include <windows.h>
+#else
 #include <dlfcn.h>
+#endif
 
 #include <algorithm>
 #include <atomic>
@@ -216,6 +220,12 @@ void finish(PalUnityPicture& picture, PalResult result, const char* sentence) {
 /// linked with it: Unity loads plugins in no particular order.
 template <class Function>
 Function* function_of_palpate(const char* name) {
+#ifdef _WIN32
+  const HMODULE library = GetModuleHandleW(L"palpate.dll");
+  using Any = void (*)();
+  return library ? reinterpret_cast<Function*>(reinterpret_cast<Any>(GetProcAddress(library, name)))
+                 : nullptr;
+#else
   void* library = nullptr;
   for (const char* file : {"libpalpate.so.0", "libpalpate.so"})
     if (!library) library = dlopen(file, RTLD_NOW | RTLD_NOLOAD);
@@ -223,6 +233,7 @@ Function* function_of_palpate(const char* name) {
   auto* const found = reinterpret_cast<Function*>(dlsym(library, name));
   dlclose(library);  // counted down: the script keeps it
   return found;
+#endif
 }
 
 /// While Unity does not use its queue, and after what it drew.
@@ -306,6 +317,12 @@ using namespace palpate::unity;
 // Unity calls these two by their names.
 // NOLINTNEXTLINE(readability-identifier-naming)
 PALPATE_UNITY_EXPORT void PALPATE_UNITY_CALL UnityPluginLoad(Tables* tables) {
+#ifdef _WIN32
+  // Unity may call its functions of Vulkan as long as it runs. (On Linux the linker says this.)
+  HMODULE kept = nullptr;
+  GetModuleHandleExW(GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_PIN,
+                     reinterpret_cast<LPCWSTR>(&plugin), &kept);
+#endif
   plugin.graphics = static_cast<GraphicsTable*>(tables->get(kGraphicsKey));
   plugin.vulkan = static_cast<VulkanTable*>(tables->get(kVulkanKey));
   if (!plugin.graphics || !plugin.vulkan) return;
@@ -325,7 +342,7 @@ PALPATE_UNITY_EXPORT void PALPATE_UNITY_CALL UnityPluginUnload() {
   plugin.is_started = false;
 }
 
-PalResult palpate_unity_device(PalVulkan* vulkan) {
+PALPATE_UNITY_EXPORT PalResult palpate_unity_device(PalVulkan* vulkan) {
   if (!plugin.graphics) return refuse("The plugin was not loaded by Unity");
   if (!plugin.vulkan || plugin.graphics->renderer() != kRendererVulkan)
     return refuse("Unity does not draw with Vulkan: choose Vulkan as its graphics API");
@@ -351,12 +368,12 @@ PalResult palpate_unity_device(PalVulkan* vulkan) {
   return PAL_OK;
 }
 
-const char* palpate_unity_error(void) {
+PALPATE_UNITY_EXPORT const char* palpate_unity_error(void) {
   return plugin.error.c_str();
 }
-void* palpate_unity_event(void) {
+PALPATE_UNITY_EXPORT void* palpate_unity_event(void) {
   return reinterpret_cast<void*>(&on_picture);
 }
-int palpate_unity_event_id(void) {
+PALPATE_UNITY_EXPORT int palpate_unity_event_id(void) {
   return plugin.event;
 }

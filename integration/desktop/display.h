@@ -2,6 +2,9 @@
 
 namespace palpate::desktop {
 
+/// Whether there is a screen for a window.
+bool has_display();
+
 /// When the connection to the X server breaks (it crashed, or an ssh tunnel ended), Xlib prints a
 /// sentence of its own and ends the process from within whatever was called. The force would end
 /// without a ramp and a recording without its end. After this call the connection is only marked as

@@ -1,9 +1,10 @@
-#include "integration/desktop/display_loss.h"
+#include "integration/desktop/display.h"
 
 #include <X11/Xlib.h>
 #include <dlfcn.h>
 
 #include <atomic>
+#include <cstdlib>
 
 namespace palpate::desktop {
 namespace {
@@ -20,6 +21,12 @@ void do_not_exit(Display*, void*) {
 }
 
 }  // namespace
+
+bool has_display() {
+  for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY"})
+    if (const char* value = std::getenv(name); value && *value) return true;
+  return false;
+}
 
 void survive_display_loss() {
   // Asked for by name: GLFW for Wayland has no such function.
