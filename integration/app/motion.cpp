@@ -207,6 +207,18 @@ double bytes_to_write(const MotionCommand& command, const Frames& frames) {
   return fields * per_voxel * double(frames.grid.count()) / (command.coarse ? 8.0 : 1.0);
 }
 
+/// Where the fields go; where only those on the image's grid have no room, the sentence says so.
+Result<Outputs> outputs_for(MotionCommand command, const Frames& frames) {
+  const fs::path folder = command.is_pair() ? command.output.parent_path() : command.output;
+  auto outputs = Outputs::into(folder, bytes_to_write(command, frames));
+  if (outputs || command.coarse) return outputs;
+  command.coarse = true;
+  if (!Outputs::into(folder, bytes_to_write(command, frames))) return outputs;
+  Error error = outputs.error();
+  error.message += "; or add --coarse, with which the fields take an eighth of it";
+  return error;
+}
+
 /// The part of the summary that every run has.
 nlohmann::json summary_of(const MotionCommand& command, const std::string& preset,
                           const Frames& frames, const vulkan::Context& context) {
@@ -565,8 +577,7 @@ int run(const MotionCommand& command) {
       estimator.motion = choice.setting.options;
       preset = choice.setting.name;
     }
-    auto outputs = Outputs::into(command.is_pair() ? command.output.parent_path() : command.output,
-                                 bytes_to_write(command, *frames));
+    auto outputs = outputs_for(command, *frames);
     if (!outputs) return fail(console, outputs.error());
     const auto find = command.is_whole(frames->count) ? find_whole : find_pairs;
     auto found =
