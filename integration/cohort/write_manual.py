@@ -9,6 +9,8 @@ import importlib.util
 import sys
 from pathlib import Path
 
+# The source tree stays as it is.
+sys.dont_write_bytecode = True
 NAME = "palpate-cohort"
 
 

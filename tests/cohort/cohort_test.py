@@ -27,6 +27,8 @@ import time
 import zlib
 from pathlib import Path
 
+# The source tree stays as it is.
+sys.dont_write_bytecode = True
 WHICH, COHORT, PALPATE, SHARED, DEBIAN_ROOT = (sys.argv[1:] + [""] * 2)[:5]
 # The build folder, as palpate's folder.
 BUILD = PALPATE
