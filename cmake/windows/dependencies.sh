@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds what palpate takes from other libraries for Windows x64, from Debian's sources, without privileges, as static libraries; an import library
-# for the Vulkan loader, and the headers of those that are headers alone (Boost, CLI11, Eigen, GLM, nlohmann-json, Vulkan). zlib is Debian's. Ten
-# minutes on two cores, most of them OpenCV.
+# for the Vulkan loader, and the headers of those that are headers alone (Boost, CLI11, Eigen, GLM, nlohmann-json, Vulkan). zlib is Debian's. Half an
+# hour on two cores that had other work, too.
 # usage: dependencies.sh FOLDER   (FOLDER/include, FOLDER/lib; made once, then kept)
 set -euo pipefail
 [[ $# == 1 ]] || { echo "usage: dependencies.sh FOLDER" >&2; exit 2; }

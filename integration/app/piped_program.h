@@ -25,7 +25,7 @@ class PipedProgram {
   bool write(const void* bytes, size_t n);
   /// Ends its input and waits for its end. True if it says that all went well.
   bool finish();
-  /// The beginning of what it wrote to its standard error.
+  /// After finish(): the beginning of what it wrote to its standard error.
   std::string complaints() const;
 
  private:

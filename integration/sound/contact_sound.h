@@ -16,8 +16,8 @@ inline constexpr int kRate_hz = 48000;
 /// click.
 std::vector<int16_t> contact_tone();
 
-/// Plays contact_tone() on the system's sound device, from a thread of its own:
-/// who asks for it never waits. Silent where there is no sound device.
+/// Plays contact_tone() on the system's sound device, from a thread of its own: who asks for it
+/// never waits. Silent where there is no sound device.
 class ContactSound {
  public:
   /// Opens the device in the background.

@@ -1,5 +1,9 @@
 // Pictures that were inspected and found correct: new ones must stay like them. Written again by
 // PALPATE_WRITE_GOLDEN=1 tests/view/view_test --gtest_filter='GoldenTest.*'; inspect them then.
+#include <algorithm>
+#include <cstdlib>
+#include <numeric>
+
 #include "module/view/letters.h"
 #include "module/view/stream_lines.h"
 #include "tests/view/picture_file.h"
@@ -13,15 +17,32 @@ constexpr PictureSize kSize{128, 128};
 // A step of 1/255 in every value is 48 dB: more than the difference between devices that round
 // differently.
 constexpr double kAlike_db = 48.0;
-// Of tubes as thin as a pixel its rounding decides which one is seen: on other drivers than the one
-// that drew the pictures some pixels show the other (29 of 16,384 with Mesa 26.1).
-constexpr const char* kDrawnBy = "Mesa 22.3";
-constexpr double kThinAlike_db = 40.0;
+// Of tubes as thin as a pixel rounding decides which one is seen: with Mesa 26.1 29 of 16,384
+// pixels show another one. So many most different pixels are left out there, and nowhere else.
+constexpr const char* kRoundsOtherwise = "Mesa 26";
+constexpr size_t kOtherTubes = 64;
+
+/// The first picture with its most different pixels replaced by those of the second.
+Picture without_most_different(Picture picture, const Picture& golden, size_t count) {
+  std::vector<size_t> order(picture.colours.size());
+  std::iota(order.begin(), order.end(), size_t(0));
+  const auto difference = [&](size_t pixel) {
+    int most = 0;
+    for (int shift = 0; shift < 24; shift += 8)  // a file has no coverage
+      most = std::max(most, std::abs(int(picture.colours[pixel] >> shift & 255) -
+                                     int(golden.colours[pixel] >> shift & 255)));
+    return most;
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t one, size_t other) { return difference(one) > difference(other); });
+  for (size_t k = 0; k < count; ++k) picture.colours[order[k]] = golden.colours[order[k]];
+  return picture;
+}
 
 class GoldenTest : public ViewTest {
  protected:
   void expect_as_before(const ViewScene& scene, const Eye& middle, const std::string& name,
-                        double least_db = kAlike_db) {
+                        size_t left_out = 0) {
     auto view = renderer({kSize, 2});
     std::vector<std::shared_ptr<const MovingVolume>> volumes;
     for (const ViewVolume& volume : scene.volumes) volumes.push_back(volume.data);
@@ -36,7 +57,8 @@ class GoldenTest : public ViewTest {
       }
       const auto golden = read_png(file);
       ASSERT_TRUE(golden) << file << " is missing or was not written by this test";
-      EXPECT_GT(psnr_db(pictures[size_t(eye)], *golden), least_db) << file;
+      const Picture compared = without_most_different(pictures[size_t(eye)], *golden, left_out);
+      EXPECT_GT(psnr_db(compared, *golden), kAlike_db) << file;
     }
   }
   const Eye eye_ = eye_at({0.12, 0.10, 0.26}, {0.01, 0, 0}, 0.6, kSize);
@@ -111,8 +133,8 @@ TEST_F(GoldenTest, AVortexInTubes) {
   ViewScene scene;
   scene.volumes = {{volume, {}, {}, windowed(*preset_look("flow"), 5.0, 10.0)}};
   StreamLines(4).add(scene.things, *volume, {}, {}, 0.0008, false);
-  const bool same = context()->info().driver.find(kDrawnBy) != std::string::npos;
-  expect_as_before(scene, eye_, "vortex", same ? kAlike_db : kThinAlike_db);
+  const bool otherwise = context()->info().driver.find(kRoundsOtherwise) != std::string::npos;
+  expect_as_before(scene, eye_, "vortex", otherwise ? kOtherTubes : 0);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@ import pty
 import re
 import select
 import shutil
+import signal
 import socket
 import ssl
 import subprocess
@@ -115,7 +116,7 @@ class InATerminal:
         self.said = ""
 
     def hear(self, word: str) -> str:
-        """Waits until it has said the word; None: until its end. Wine's terminal writes the codes of a screen between the letters."""
+        """Waits until it has said the word; "": until its end. Wine's terminal writes the codes of a screen between the letters."""
         end = time.monotonic() + MOST_S
         while time.monotonic() < end and not (word and word in self.said):
             if not select.select([self.terminal], [], [], 0.2)[0]:
@@ -134,6 +135,7 @@ class InATerminal:
     def press_ctrl_c(self) -> int:
         os.write(self.terminal, b"\x03")
         self.hear("")
+        os.kill(self.pid, signal.SIGKILL)  # one that has ended keeps its exit code
         return os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
 
 

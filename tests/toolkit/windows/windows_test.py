@@ -49,9 +49,9 @@ def compare_fields(one: Path, other: Path) -> float:
 
 
 @contextlib.contextmanager
-def wine(windows: Path, *tools: str):
+def wine(windows: Path):
     """The environment in which Wine runs programs. Wine's Vulkan comes with its windows, so there is a screen."""
-    for tool in ("wine", "Xvfb", COMPILER, *tools):
+    for tool in ("wine", "Xvfb", COMPILER):
         if not shutil.which(tool):
             skip(f"{tool} is needed")
     read_end, write_end = os.pipe()
