@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <numeric>
 #include <string>
+#include <string_view>
 
 #include "compute/motion/plan.h"
 #include "compute/motion/quality_inverse.h"
@@ -208,6 +210,12 @@ Volume block_means(const Volume& frame, glm::ivec3 block, const Grid& onto) {
   return means;
 }
 
+/// Equal for equal frames, and for others once in 2^64.
+uint64_t fingerprint(std::span<const float> values) {
+  const auto bytes = std::as_bytes(values);
+  return std::hash<std::string_view>()({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
 std::string equal_frames(size_t a, size_t b) {
   return "Frames " + std::to_string(a) + " and " + std::to_string(b) +
          " are equal: nothing moves between them.";
@@ -360,15 +368,16 @@ Result<ConsecutiveFields> consecutive_fields(
 
   // The estimator works on one pair while the next frame is read.
   Status pushed = Nothing{};
-  std::vector<float> first, before;
+  uint64_t first = 0, before = 0;  // fingerprints
   for (size_t k = 0; k < frames && pushed && !stop.stop_requested(); ++k) {
     auto frame = read(k);
     pushed = frame ? (*estimator)->push(k, *frame) : Status(frame.error());
     if (!frame) break;
-    if (k > 0 && frame->values == before) notes.push_back(equal_frames(k - 1, k));
-    steps.repeats_first = k > 1 && k + 1 == frames && frame->values == first;
-    if (k == 0) first = frame->values;
-    before = std::move(frame->values);
+    const uint64_t now = fingerprint(frame->values);
+    if (k > 0 && now == before) notes.push_back(equal_frames(k - 1, k));
+    steps.repeats_first = k > 1 && k + 1 == frames && now == first;
+    if (k == 0) first = now;
+    before = now;
   }
 
   // A frame that was refused ends the work with its own error, unless a stop came first.

@@ -10,6 +10,7 @@
 
 #include "compute/motion/classic.h"
 #include "compute/motion/solver.h"
+#include "compute/volume/memory.h"
 #include "compute/vulkan/caught.h"
 #include "compute/vulkan/tried.h"
 
@@ -193,10 +194,11 @@ class Worker final : public SequenceEstimator {
   /// The backward field is left out if it does not fit, or would cost the step for sliding borders
   /// or more slabs.
   bool fit() {
-    const uint64_t budget = context_->memory_budget_bytes();
+    const MemoryBudget budget = budget_of(*context_);
     const bool fits = fit_into(plan_, budget);
     MotionPlan less = plan_;
-    const uint64_t rest = budget - std::min(budget, backward_bytes());
+    MemoryBudget rest = budget;
+    rest.device_bytes -= std::min(budget.device_bytes, backward_bytes());
     if (!fit_into(less, rest) || less.slabs > plan_.slabs ||
         has_sliding_step(less) != has_sliding_step(plan_))
       backward_plan_.reset();
@@ -412,21 +414,36 @@ std::string megabytes(uint64_t bytes) {
 
 }  // namespace
 
+MemoryBudget budget_of(const vulkan::Context& context) {
+  MemoryBudget budget{context.memory_budget_bytes(), context.largest_image_bytes()};
+  const uint64_t free = machine_memory().free_bytes;
+  if (context.is_cpu() && free > 0) budget.both_bytes = free / 3 * 2;
+  return budget;
+}
+
 Result<std::unique_ptr<SequenceEstimator>> SequenceEstimator::open(
     std::shared_ptr<vulkan::Context> context, const Grid& grid, EstimatorOptions options,
     OnMotion on_motion, OnProgress on_progress) {
   if (const std::string wrong = check_options(options, grid); !wrong.empty()) {
     return Error{ErrorKind::kBadInput, wrong};
   }
-  const uint64_t budget = context->memory_budget_bytes();
+  const MemoryBudget budget = budget_of(*context);
   auto worker = std::make_unique<Worker>(std::move(context), grid, std::move(options),
                                          std::move(on_motion), std::move(on_progress));
   if (!worker->fits()) {
-    return Error{ErrorKind::kOutOfMemory,
-                 "The motion of frames of " + text(grid.size) + " voxels takes " +
-                     megabytes(worker->plan().device_bytes) + " of device memory and there are " +
-                     megabytes(budget) +
-                     ": crop or mask the volume, or choose another Vulkan device."};
+    const MotionPlan& plan = worker->plan();
+    const std::string takes = "The motion of frames of " + text(grid.size) + " voxels takes ";
+    const std::string advice = ": crop or mask the volume, or choose another Vulkan device.";
+    if (plan.largest_image_bytes > budget.largest_image_bytes) {
+      return Error{ErrorKind::kOutOfMemory, takes + "an image of " +
+                                                megabytes(plan.largest_image_bytes) +
+                                                " and the device makes none over " +
+                                                megabytes(budget.largest_image_bytes) + advice};
+    }
+    const uint64_t there = std::min(budget.device_bytes, budget.both_bytes);
+    return Error{ErrorKind::kOutOfMemory, takes + megabytes(plan.device_bytes) +
+                                              " of device memory and there are " +
+                                              megabytes(there) + advice};
   }
   if (const Status started = vulkan::tried([&] { worker->start(); }); !started)
     return started.error();

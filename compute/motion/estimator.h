@@ -40,6 +40,10 @@ struct MemoryEstimate {
   bool sliding = false;       ///< the step for sliding borders fits (if it was asked for)
 };
 
+/// What the device of a context has for one estimation, and its machine. On a driver for CPUs both
+/// are the same memory, and a third of what is free stays for frames and fields.
+MemoryBudget budget_of(const vulkan::Context& context);
+
 struct EstimatorOptions {
   MotionOptions motion;
   bool cyclic = false;  ///< after finish(), also last frame -> first

@@ -149,13 +149,14 @@ uint64_t bytes_needed(const MotionPlan& plan) {
     const LevelPlan& level = plan.levels[l];
     const bool solved = int(l) >= plan.options.finest_level;
     if (l == 0 && plan.slabs > 1) {
-      // Two slabs for the data term, and one with its halo while it is prepared.
+      // Two slabs for the data term, what they are made of, and one with its halo while it is
+      // prepared.
       glm::ivec3 slab = level.image_size;
-      slab.z = slab_slices(plan) + 2;
-      bytes += 2 * image_bytes(slab, 8);
+      slab.z = slabs_of(plan).front().depth;
+      bytes += 2 * image_bytes(slab, 8) + image_bytes(slab, 2) + image_bytes(slab, 1);
       slab.z =
           std::min(level.image_size.z, slab.z + 2 * normalisation_halo(plan) + level.moment_cell.z);
-      bytes += workspace_bytes(slab, level.moment_cell) + image_bytes(slab, 8);
+      bytes += workspace_bytes(slab, level.moment_cell);
     } else {
       bytes += workspace_bytes(level.image_size, level.moment_cell);
       if (l == 0 && has_sliding_step(plan))
@@ -166,12 +167,32 @@ uint64_t bytes_needed(const MotionPlan& plan) {
   return bytes + bytes / 50;  // 2 % for the alignment of single allocations
 }
 
+/// What frames keep on the host, as halves.
+uint64_t slab_bytes(const MotionPlan& plan) {
+  if (plan.slabs == 1) return 0;
+  uint64_t slices = 0;
+  for (const Slab& slab : slabs_of(plan)) slices += uint64_t(slab.depth);
+  const glm::ivec3 size = plan.image.size;
+  return (plan.cyclic ? 3 : 2) * slices * uint64_t(size.x) * uint64_t(size.y) * 2;
+}
+
+uint64_t largest_image_of(const MotionPlan& plan) {
+  glm::ivec3 finest = plan.image.size;
+  if (plan.slabs > 1) finest.z = slabs_of(plan).front().depth;
+  uint64_t largest = plan.options.finest_level > 0 ? 0 : image_bytes(finest, 8);
+  for (size_t l = size_t(std::max(1, plan.options.finest_level)); l < plan.levels.size(); ++l)
+    largest = std::max(largest, image_bytes(plan.levels[l].image_size, 8));
+  return largest;
+}
+
 /// Everything that depends on the number of slabs; the step for sliding borders needs whole images.
 void lay_out(MotionPlan& plan, int slabs) {
   plan.slabs = slabs;
   plan.field =
       coarsened(level_grid(plan, size_t(plan.options.finest_level)), result_level(plan).cell);
   plan.device_bytes = bytes_needed(plan);
+  plan.host_bytes = slab_bytes(plan);
+  plan.largest_image_bytes = largest_image_of(plan);
 }
 
 }  // namespace
@@ -218,7 +239,7 @@ std::vector<Slab> slabs_of(const MotionPlan& plan) {
     Slab slab;
     slab.begin = begin;
     slab.end = std::min(nz, begin + owned);
-    slab.depth = std::min(nz, owned + 2);
+    slab.depth = std::min(nz, owned + 3);
     slab.first = std::clamp(begin - 1, 0, nz - slab.depth);
     slabs.push_back(slab);
   }
@@ -232,14 +253,19 @@ int normalisation_halo(const MotionPlan& plan) {
   return reach * level.moment_cell.z;
 }
 
-bool fit_into(MotionPlan& plan, uint64_t budget_bytes) {
+bool fit_into(MotionPlan& plan, const MemoryBudget& budget) {
   lay_out(plan, 1);
+  const auto fits = [&] {
+    return plan.device_bytes <= budget.device_bytes &&
+           plan.device_bytes + plan.host_bytes <= budget.both_bytes &&
+           plan.largest_image_bytes <= budget.largest_image_bytes;
+  };
   // Whole images without the step for sliding borders are better than slabs, which can not have it.
-  if (plan.device_bytes > budget_bytes && has_sliding_step(plan)) {
+  if (!fits() && has_sliding_step(plan)) {
     plan.options.sliding.cell = 0;
     lay_out(plan, 1);
   }
-  while (plan.device_bytes > budget_bytes) {
+  while (!fits()) {
     const int before = slab_slices(plan);
     // The classic solver keeps whole images, and a single level has no coarser one to start from.
     const bool whole = plan.options.method == MotionMethod::kClassic || plan.levels.size() < 2 ||

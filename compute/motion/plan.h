@@ -26,9 +26,11 @@ struct LevelPlan {
 struct MotionPlan {
   Grid image;  ///< the frames' grid
   std::vector<LevelPlan> levels;
-  Grid field;                 ///< grid of the result, see result_level()
-  bool cyclic = false;        ///< the first frame stays on the device, for the last pair
-  uint64_t device_bytes = 0;  ///< peak on the device while pairs are solved
+  Grid field;                        ///< grid of the result, see result_level()
+  bool cyclic = false;               ///< the first frame stays on the device, for the last pair
+  uint64_t device_bytes = 0;         ///< peak on the device while pairs are solved
+  uint64_t host_bytes = 0;           ///< what slabs keep on the host
+  uint64_t largest_image_bytes = 0;  ///< of the images of frames
   /// pieces along k into which the finest images are cut; more than 1: kept on the host
   int slabs = 1;
   MotionOptions options;
@@ -53,13 +55,21 @@ MotionPlan plan_motion(const Grid& image, const MotionOptions& options, bool cyc
 /// What a solver of the plan allocates on the device beside the frames, bytes.
 uint64_t solver_bytes(const MotionPlan& plan);
 
-/// Makes the work fit into `budget_bytes` of device memory. First without the step for sliding
-/// borders, then with the finest images cut into as few slabs as possible, which are kept on the
-/// host and copied to the device one by one. False if even the thinnest slabs do not fit.
-bool fit_into(MotionPlan& plan, uint64_t budget_bytes);
+/// Memory in which a plan has to fit.
+struct MemoryBudget {
+  uint64_t device_bytes = 0;
+  uint64_t largest_image_bytes = UINT64_MAX;
+  uint64_t both_bytes = UINT64_MAX;  ///< on the device and the host together
+};
+
+/// Makes the work fit. First without the step for sliding borders, then with the finest images cut
+/// into as few slabs as possible, which are kept on the host and copied to the device one by one.
+/// False if even the thinnest slabs do not fit.
+bool fit_into(MotionPlan& plan, const MemoryBudget& budget);
 
 /// One piece of the finest images. It computes slices [begin, end) and contains slices [first,
-/// first + depth): at least one slice more on each side, up to the border of the image.
+/// first + depth): at least one more before and two more after, up to the border of the image. A
+/// sample between slices reads the one after, whose gradient reads the one after that.
 struct Slab {
   int begin = 0, end = 0, first = 0, depth = 0;
 };

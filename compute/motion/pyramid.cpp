@@ -28,6 +28,23 @@ glm::dvec3 moment_sigma(const MotionPlan& plan, const LevelPlan& level) {
 
 }  // namespace
 
+void record_pack(vulkan::Recorder& recorder, MotionKernels& kernels, const MotionPlan& plan,
+                 size_t l, const PackInput& from, const vulkan::Image& texels, const VoxelBox& box,
+                 int first_slice) {
+  const LevelPlan& level = plan.levels[l];
+  // The outermost voxels of the finest level do not count; the classic filter stays as published.
+  const bool outermost_count =
+      int(l) != plan.options.finest_level || plan.options.method == MotionMethod::kClassic;
+  recorder.dispatch(
+      kernels.pack(from.mask != nullptr),
+      {{from.normalised, kernels.nearest()},
+       {from.mask ? *from.mask : from.no_mask, kernels.nearest()},
+       texels},
+      shaders::PackPush{glm::ivec4(texels.size(), outermost_count ? 0 : level.image_size.z),
+                        glm::vec4(level.spacing_mm, 0), glm::ivec4(box.begin, first_slice)},
+      groups_of(box.size()));
+}
+
 FramePyramid::FramePyramid(const std::shared_ptr<vulkan::Context>& context,
                            const MotionPlan& plan) {
   vulkan::Recorder recorder(context);
@@ -45,7 +62,7 @@ FramePyramid::FramePyramid(const std::shared_ptr<vulkan::Context>& context,
   }
   recorder.run();
   if (plan.slabs == 1) return;
-  const uint64_t slice = uint64_t(plan.image.size.x) * uint64_t(plan.image.size.y) * 8;
+  const uint64_t slice = uint64_t(plan.image.size.x) * uint64_t(plan.image.size.y) * 2;
   for (const Slab& slab : slabs_of(plan)) {
     slabs_.emplace_back(context, slice * uint64_t(slab.depth), vulkan::Buffer::Kind::kHostVisible);
   }
@@ -75,7 +92,8 @@ PyramidBuilder::PyramidBuilder(std::shared_ptr<vulkan::Context> context,
     : context_(std::move(context)),
       kernels_(std::move(kernels)),
       plan_(plan),
-      staging_(context_, plan.image.count() * sizeof(uint16_t), vulkan::Buffer::Kind::kHostVisible),
+      staging_(context_, plan.slabs > 1 ? 4 : plan.image.count() * sizeof(uint16_t),
+               vulkan::Buffer::Kind::kHostVisible),
       no_mask_(context_, glm::ivec3(1), VK_FORMAT_R8_UNORM),
       recorder_(context_, uint32_t(16 * plan.levels.size())) {
   recorder_.prepare(no_mask_);
@@ -124,23 +142,19 @@ void PyramidBuilder::set_region(const Region& region) {
   assert(region.levels.size() == plan_.levels.size() && "the region must be the plan's");
   reach_mm_ = region.reach_mm;
   masks_.clear();
-  finest_mask_.clear();
   for (size_t l = 0; l < plan_.levels.size(); ++l) {
     const LevelRegion& level = region.levels[l];
     const bool on_host = l == 0 && plan_.slabs > 1;
     if (!on_host) aim(levels_[l], plan_.levels[l], level.voxels);
     if (!region.masked()) continue;
-    if (on_host) finest_mask_ = level.mask;
     masks_.push_back(
         upload_mask(level.mask.data(), on_host ? glm::ivec3(1) : plan_.levels[l].image_size));
   }
 }
 
-void PyramidBuilder::record_level(vulkan::Recorder& recorder, size_t l, const Workspace& work,
-                                  const vulkan::Image& raw, double noise, const vulkan::Image* mask,
-                                  const vulkan::Image& packed, int first_slice) {
+void PyramidBuilder::record_normalised(vulkan::Recorder& recorder, size_t l, const Workspace& work,
+                                       const vulkan::Image& raw, double noise) {
   const LevelPlan& level = plan_.levels[l];
-  if (work.packed_box.empty()) return;
   const glm::ivec4 size(work.size, 0);
   const glm::ivec4 cells(work.cells, 0);
   const glm::ivec4 cell(level.moment_cell, 0);
@@ -163,23 +177,11 @@ void PyramidBuilder::record_level(vulkan::Recorder& recorder, size_t l, const Wo
                              {float(noise * noise), plan_.options.normalise ? 1.0F : 0.0F, 0, 0},
                              wide(work.normalised_box.begin)},
       groups_of(work.normalised_box.size()));
-  // The outermost voxels of the finest level do not count; the classic filter stays as published.
-  const bool outermost_count =
-      int(l) != plan_.options.finest_level || plan_.options.method == MotionMethod::kClassic;
-  recorder.dispatch(
-      kernels_->pack(mask != nullptr),
-      {{work.normalised, kernels_->nearest()},
-       {mask ? *mask : no_mask_, kernels_->nearest()},
-       packed},
-      shaders::PackPush{glm::ivec4(work.size, outermost_count ? 0 : level.image_size.z),
-                        glm::vec4(level.spacing_mm, 0),
-                        glm::ivec4(work.packed_box.begin, first_slice)},
-      groups_of(work.packed_box.size()));
 }
 
-/// One slab of the finest level, from the host and back to it. Its halo is wide enough for local
-/// normalisation, so the result does not depend on the cuts. Its part of the next level stays in
-/// that level's workspace.
+/// One slab of the finest level, from the host and back to it, normalised. Its halo is wide enough
+/// for that, so the result does not depend on the cuts. Its part of the next level stays in that
+/// level's workspace.
 void PyramidBuilder::build_slab(const HalfVolume& volume, const Slab& slab, double noise,
                                 const vulkan::Buffer& target) {
   const glm::ivec3 whole = plan_.image.size;
@@ -193,17 +195,12 @@ void PyramidBuilder::build_slab(const HalfVolume& volume, const Slab& slab, doub
   const size_t slice = size_t(whole.x) * size_t(whole.y);
   Workspace work(context_, size, plan_.levels[0].moment_cell, true);
   aim(work, plan_.levels[0], {glm::ivec3(0), size});
-  const bool masked = !finest_mask_.empty();
-  vulkan::Image packed(context_, size, VK_FORMAT_R16G16B16A16_SFLOAT);
-  vulkan::Image mask;
-  if (masked) mask = upload_mask(finest_mask_.data() + slice * size_t(low), size);
   vulkan::Buffer staging(context_, slice * size_t(size.z) * sizeof(uint16_t),
                          vulkan::Buffer::Kind::kHostVisible);
   std::copy_n(volume.bits.get() + slice * size_t(low), slice * size_t(size.z),
               staging.as<uint16_t>().begin());
 
   vulkan::Recorder recorder(context_, 16);
-  recorder.prepare(packed);
   recorder.copy(staging, work.raw);
   const LevelPlan& next = plan_.levels[1];
   const int first = slab.begin / next.ratio.z;
@@ -213,8 +210,8 @@ void PyramidBuilder::build_slab(const HalfVolume& volume, const Slab& slab, doub
       shaders::DownsamplePush{glm::ivec4(size, low), glm::ivec4(next.image_size, first),
                               glm::ivec4(next.ratio, count)},
       groups_of({next.image_size.x, next.image_size.y, count}));
-  record_level(recorder, 0, work, work.raw, noise, masked ? &mask : nullptr, packed, low);
-  recorder.copy_slices(packed, slab.first - low, slab.depth, target);
+  record_normalised(recorder, 0, work, work.raw, noise);
+  recorder.copy_slices(work.normalised, slab.first - low, slab.depth, target);
   recorder.run();
 }
 
@@ -255,10 +252,12 @@ void PyramidBuilder::build(const HalfVolume& volume, double noise, FramePyramid&
                                   glm::ivec4(level.image_size, 0), glm::ivec4(level.ratio, 0)},
           groups_of(level.image_size));
     }
-    if (int(l) >= plan_.options.finest_level) {
-      record_level(recorder_, l, levels_[l], raw(l), noise, masks_.empty() ? nullptr : &masks_[l],
-                   target.level(l));
-    }
+    const VoxelBox& box = levels_[l].packed_box;
+    if (int(l) < plan_.options.finest_level || box.empty()) continue;
+    record_normalised(recorder_, l, levels_[l], raw(l), noise);
+    record_pack(recorder_, *kernels_, plan_, l,
+                {levels_[l].normalised, masks_.empty() ? nullptr : &masks_[l], no_mask_},
+                target.level(l), box, 0);
   }
   recorder_.run();
 }

@@ -23,8 +23,8 @@ class FramePyramid {
   const vulkan::Image& raw() const { return raw_; }
   /// The floor of local normalisation that the frame was prepared with, in scaled units.
   double noise() const { return noise_; }
-  /// The finest level's texels of the slices of slab s, in host memory that the device can copy
-  /// from. Only with more than one slab.
+  /// The finest level's normalised intensities (fp16) of the slices of slab s, in host memory that
+  /// the device can copy from. Only with more than one slab.
   const vulkan::Buffer& slab(size_t s) const { return slabs_[s]; }
   /// Largest motion, in mm, for which this frame can be the moving one: with a mask only voxels up
   /// to this distance from its bricks were prepared.
@@ -38,6 +38,20 @@ class FramePyramid {
   double reach_mm_ = 0.0;
   double noise_ = 0.0;
 };
+
+/// What texels are made of: normalised intensities, and the voxels that count. Without a mask any
+/// r8 image stands in its place.
+struct PackInput {
+  const vulkan::Image& normalised;
+  const vulkan::Image* mask = nullptr;
+  const vulkan::Image& no_mask;
+};
+
+/// Records the texels of a box of level l, or of a part of it along k that begins with slice
+/// `first_slice` of the level (pack.comp).
+void record_pack(vulkan::Recorder& recorder, MotionKernels& kernels, const MotionPlan& plan,
+                 size_t l, const PackInput& from, const vulkan::Image& texels, const VoxelBox& box,
+                 int first_slice);
 
 /// Computes pyramids. Owns the intermediate images, so one builder serves all frames of a plan. One
 /// thread at a time.
@@ -73,10 +87,8 @@ class PyramidBuilder {
   vulkan::Image upload_mask(const uint8_t* values, glm::ivec3 size);
   void build_slab(const HalfVolume& volume, const Slab& slab, double noise,
                   const vulkan::Buffer& target);
-  /// `first_slice`: of the level, that `raw` begins with.
-  void record_level(vulkan::Recorder& recorder, size_t l, const Workspace& work,
-                    const vulkan::Image& raw, double noise, const vulkan::Image* mask,
-                    const vulkan::Image& packed, int first_slice = 0);
+  void record_normalised(vulkan::Recorder& recorder, size_t l, const Workspace& work,
+                         const vulkan::Image& raw, double noise);
 
   std::shared_ptr<vulkan::Context> context_;
   std::shared_ptr<MotionKernels> kernels_;
@@ -84,7 +96,6 @@ class PyramidBuilder {
   vulkan::Buffer staging_;
   std::vector<Workspace> levels_;     // with slabs, [0] is a placeholder
   std::vector<vulkan::Image> masks_;  // r8 per level, only with a mask
-  std::vector<uint8_t> finest_mask_;  // for slabs, only with a mask
   double reach_mm_ = 0.0;
   vulkan::Image no_mask_;
   vulkan::Recorder recorder_;

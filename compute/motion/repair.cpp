@@ -13,7 +13,11 @@ constexpr int kMedians = 4;
 // first: most folds need no more. A jump of many cells needs a longer ramp.
 constexpr int kLengths = 2;
 constexpr int kRoundsOfLength = 3;
-constexpr int kMaxRepairs = 200;  // rounds in all directions; a few suffice on all data tested
+// Rounds in all directions. A few suffice; but a jump of many cells becomes a ramp as long only if
+// what lies beside it is smoothed, too: after kRoundsAtFolds whole bricks are, several times each.
+constexpr int kMaxRepairs = 600;
+constexpr int kRoundsAtFolds = 200;
+constexpr int kPassesOverBricks = 16;
 
 /// Bricks of two sorted lists.
 BrickList both(const BrickList& a, const BrickList& b) {
@@ -97,6 +101,21 @@ void repair_folds(vulkan::Recorder& recorder, MotionKernels& kernels, const Leve
     }
     recorder.run();
     std::swap(repair.field, repair.other);
+    // The two images differ in the bricks that change only, so the passes over these are enough.
+    if (round >= along + kRoundsAtFolds) {
+      list(changing);
+      for (int pass = 0; pass < kPassesOverBricks; ++pass) {
+        recorder.restart();
+        recorder.dispatch(kernels.blend(),
+                          {repair.list,
+                           {repair.flags, kernels.nearest()},
+                           {repair.field, kernels.nearest()},
+                           repair.other},
+                          shaders::BlendPush{glm::ivec4(level.cells, 1)}, slice_groups(changing));
+        recorder.run();
+        std::swap(repair.field, repair.other);
+      }
+    }
     looked_at = changing;
     between = round >= along;
     ++round;

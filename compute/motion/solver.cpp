@@ -4,6 +4,7 @@
 #include <cassert>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <glm/gtc/packing.hpp>
@@ -19,6 +20,9 @@ namespace {
 
 // iterations per submission; between submissions convergence and stop are checked
 constexpr int kBatch = 5;
+// steps of the field until it is measured again: a batch, and the choice of the window before it
+constexpr int kStepsAhead = 2 * kBatch;
+constexpr double kAnyReach = std::numeric_limits<double>::infinity();
 constexpr double kAllIsNoise = 2.0;     // r^2 of normalised frames that share nothing
 constexpr double kLeastCounted = 0.1;   // cells with a smaller share of counting voxels are ignored
 constexpr float kMostlyCounted = 0.9F;  // the same, where noise is told of single cells
@@ -95,6 +99,11 @@ glm::dvec3 slopes(const LevelPlan& level) {
   return reference / level.cell_mm * has_neighbours;
 }
 
+/// Dispatches of the data term, at most.
+int dispatches_of_equations(const MotionPlan& plan) {
+  return plan.slabs > 1 ? plan.slabs * plan.slabs + SlabImages::most_dispatches(plan) : 1;
+}
+
 /// SD in cells of a window over the normal equations, SD in h.
 glm::dvec3 window_sigma(const LevelPlan& level, double window) {
   return window * level.h_mm / level.cell_mm;
@@ -133,9 +142,9 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
       plan_(plan),
       download_(context_, plan.field.count() * sizeof(glm::vec4),
                 vulkan::Buffer::Kind::kHostVisible),
-      recorder_(context_, uint32_t(96 + 4 * plan.slabs * plan.slabs)),
+      recorder_(context_, uint32_t(96 + 4 * dispatches_of_equations(plan))),
       batch_(context_, uint32_t(kBatch * (kDispatchesPerIteration + 4 * plan.options.filter_steps +
-                                          1 + plan.slabs * plan.slabs) +
+                                          dispatches_of_equations(plan)) +
                                 2)) {
   for (const SearchPlan& search : plan_searches(plan_))
     starts_.push_back(std::make_unique<DiscreteStart>(context_, kernels_, plan_, search));
@@ -160,13 +169,7 @@ PairSolver::PairSolver(std::shared_ptr<vulkan::Context> context,
   deviation_ = vulkan::Buffer(
       context_, size_t(finest.x) * size_t(finest.y) * size_t(finest.z) * sizeof(uint64_t),
       vulkan::Buffer::Kind::kHostVisible);
-  if (plan_.slabs > 1) {
-    const glm::ivec3 size{plan_.image.size.x, plan_.image.size.y, slabs_of(plan_).front().depth};
-    for (vulkan::Image* slab : {&fixed_slab_, &moving_slab_}) {
-      *slab = vulkan::Image(context_, size, VK_FORMAT_R16G16B16A16_SFLOAT);
-      recorder_.prepare(*slab);
-    }
-  }
+  if (plan_.slabs > 1) slabs_ = std::make_unique<SlabImages>(context_, kernels_, plan_, region);
   constexpr VkFormat kFloat = VK_FORMAT_R32G32B32A32_SFLOAT;
   constexpr VkFormat kHalf = VK_FORMAT_R16G16B16A16_SFLOAT;
   for (size_t l = 0; l < plan_.levels.size(); ++l) {
@@ -426,8 +429,10 @@ bool PairSolver::iterate(size_t l, int until, const FramePyramid& fixed, const F
   const int wanted = std::min(level.options.iterations, until);
   const bool prunes = plan_.options.converged > 0.0;
   const bool bounded = std::isfinite(moving.reach_mm());
+  const bool in_slabs = l == 0 && slabs_;
   const auto all = double(all_bricks(level.cells).size());
   activate(bricks_[l]);
+  double largest = 0.0;       // |u| so far, in h
   int batch_size = 0;         // iterations recorded for the active bricks
   bool batch_brings = false;  // what the level leaves, with them
   const bool brings = int(l) > plan_.options.finest_level;
@@ -445,7 +450,7 @@ bool PairSolver::iterate(size_t l, int until, const FramePyramid& fixed, const F
         const int colour = plan_.options.checkerboard && report.iterations > 0 ? k % 2 : -1;
         record_iteration(batch_, l, fixed, moving, colour);
       }
-      if (prunes || bounded) record_measure(batch_, l);
+      if (prunes || bounded || in_slabs) record_measure(batch_, l);
       if (brings_now) record_left(batch_, l);
       batch_size = size;
       batch_brings = brings_now;
@@ -463,6 +468,15 @@ bool PairSolver::iterate(size_t l, int until, const FramePyramid& fixed, const F
           return double(measure.reach) * level.h_mm > moving.reach_mm();
         })) {
       return false;
+    }
+    // Which pairs of slabs the next batch needs; bricks at rest keep the field that they had.
+    if (in_slabs) {
+      for (const BrickMeasure& measure : measures)
+        largest = std::max(largest, double(measure.reach));
+      const double most = largest + kStepsAhead * plan_.options.largest_step;
+      const double slices = std::ceil(most * level.h_mm / level.spacing_mm.z) + 1.0;
+      if (slices != reach_) batch_size = 0;
+      reach_ = slices;
     }
     if (!prunes || report.iterations == wanted) continue;
     const RestRule rule{plan_.options.converged * size,
@@ -670,6 +684,7 @@ void PairSolver::take_over(size_t l, const FramePyramid& fixed, const FramePyram
   const std::optional<double> noise = noise_of(left);
   if (yields(plan_, l)) noise_ = noise.value_or(kAllIsNoise);
   begin_level(l);
+  reach_ = kAnyReach;  // until the field is measured
   if (coarsest) return;
   // If the noise can not be measured it is taken as 0: an unnecessary search only costs time.
   const std::vector<glm::ivec3> cells = unexplained(l + 1, left, noise.value_or(0.0));
@@ -891,8 +906,8 @@ void PairSolver::record_filter(vulkan::Recorder& recorder, size_t l, int steps) 
   primal(true);
 }
 
-/// The data term. Slabs of images are copied to the device pair by pair; each dispatch adds the
-/// voxels whose own slice and whose partner's slice these two slabs compute.
+/// The data term. With slabs each dispatch adds the voxels whose own slice and whose partner's
+/// slice the two slabs compute.
 void PairSolver::record_equations(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,
                                   const FramePyramid& moving, int colour) {
   const LevelPlan& level = plan_.levels[l];
@@ -920,25 +935,24 @@ void PairSolver::record_equations(vulkan::Recorder& recorder, size_t l, const Fr
   shaders::NormalEquationsPush push{
       wide(level.cells, colour), wide(level.image_size), wide(level.image_size),
       {nz, -kFar, kFar, 0},      {nz, 0, nz, 0},         glm::vec4(level.spacing_mm, 0)};
-  if (l > 0 || plan_.slabs == 1) {
+  if (l > 0 || !slabs_) {
     dispatch(fixed.level(l), moving.level(l), push);
     return;
   }
 
-  // Otherwise every pair of slabs.
-  const std::vector<Slab> slabs = slabs_of(plan_);
-  for (size_t a = 0; a < slabs.size(); ++a) {
-    recorder.copy(fixed.slab(a), fixed_slab_);
-    push.fixed_size.w = slabs[a].first;
-    push.fixed_slab = {slabs[a].depth, slabs[a].begin, slabs[a].end, 0};
-    for (size_t b = 0; b < slabs.size(); ++b) {
-      recorder.copy(moving.slab(b), moving_slab_);
-      push.moving_size.w = slabs[b].first;
-      push.moving_slab = {slabs[b].depth, b == 0 ? -kFar : slabs[b].begin,
-                          b + 1 == slabs.size() ? kFar : slabs[b].end, a + b > 0};
-      dispatch(fixed_slab_, moving_slab_, push);
-    }
-  }
+  // Otherwise the sums over pairs of slabs.
+  bool adds = false;
+  slabs_->record_pairs(
+      recorder, fixed, moving, active_, reach_,
+      [&](const vulkan::Image& f, const vulkan::Image& m, const Slab& of_f, const Slab& of_m) {
+        push.fixed_size.w = of_f.first;
+        push.fixed_slab = {of_f.depth, of_f.begin, of_f.end, 0};
+        push.moving_size.w = of_m.first;
+        push.moving_slab = {of_m.depth, of_m.begin == 0 ? -kFar : of_m.begin,
+                            of_m.end == nz ? kFar : of_m.end, adds};
+        dispatch(f, m, push);
+        adds = true;
+      });
 }
 
 void PairSolver::record_iteration(vulkan::Recorder& recorder, size_t l, const FramePyramid& fixed,

@@ -12,6 +12,7 @@
 #include "compute/motion/pyramid.h"
 #include "compute/motion/region.h"
 #include "compute/motion/report.h"
+#include "compute/motion/slab_images.h"
 #include "compute/motion/sliding_borders.h"
 
 namespace palpate {
@@ -133,8 +134,9 @@ class PairSolver : public FieldSolver {
   std::vector<vulkan::Buffer> lists_;
   size_t list_ = 0;
   vulkan::Buffer measures_, read_measures_;  // BrickMeasure of each, on the device and here
-  // slabs of the finest images, copied to the device for one dispatch
-  vulkan::Image fixed_slab_, moving_slab_;
+  std::unique_ptr<SlabImages> slabs_;        // null if the finest images are on the device whole
+  // Upper limit on the distance of corresponding voxels along k, in slices of the finest level.
+  double reach_ = 0.0;
   double noise_ = 0.0;                // r^2 that noise leaves on the level above one that yields
   bool window_chosen_ = false;        // on the level that yields, in this solve
   std::optional<size_t> left_level_;  // whose unexplained difference is in download_

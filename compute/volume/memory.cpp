@@ -11,25 +11,6 @@
 namespace palpate {
 namespace {
 
-/// 0 if the system does not report it.
-double available_memory_bytes() {
-#ifdef _WIN32
-  MEMORYSTATUSEX status{};
-  status.dwLength = sizeof status;
-  return GlobalMemoryStatusEx(&status) ? double(status.ullAvailPhys) : 0.0;
-#else
-  std::ifstream info("/proc/meminfo");
-  std::string key;
-  double kilobytes = 0.0;
-  std::string unit;
-  while (info >> key >> kilobytes) {
-    std::getline(info, unit);
-    if (key == "MemAvailable:") return kilobytes * 1024.0;
-  }
-  return 0.0;
-#endif
-}
-
 std::string number_text(const char* format, double number) {
   std::array<char, 64> text{};
   std::snprintf(text.data(), text.size(), format, number);
@@ -37,6 +18,30 @@ std::string number_text(const char* format, double number) {
 }
 
 }  // namespace
+
+MachineMemory machine_memory() {
+  MachineMemory memory;
+#ifdef _WIN32
+  MEMORYSTATUSEX status{};
+  status.dwLength = sizeof status;
+  if (GlobalMemoryStatusEx(&status)) memory = {status.ullTotalPhys, status.ullAvailPhys};
+#else
+  std::ifstream info("/proc/meminfo");
+  std::string key, unit;
+  uint64_t kilobytes = 0;
+  while (info >> key >> kilobytes) {
+    std::getline(info, unit);
+    if (key == "MemTotal:") memory.total_bytes = kilobytes * 1024;
+    if (key == "MemAvailable:") memory.free_bytes = kilobytes * 1024;
+  }
+#endif
+  return memory;
+}
+
+bool is_much_memory(double bytes) {
+  const auto free = double(machine_memory().free_bytes);
+  return free > 0.0 && bytes > 0.25 * free;
+}
 
 std::string bytes_for_people(double bytes) {
   if (bytes < 1e4) return number_text("%.0f bytes", bytes);
@@ -53,7 +58,7 @@ BytesTexts bytes_to_compare(double first, double second) {
 }
 
 Status check_fits_memory(const std::string& what, double bytes) {
-  const double available = available_memory_bytes();
+  const auto available = double(machine_memory().free_bytes);
   if (available <= 0.0 || bytes <= available) return Nothing{};
   const auto [needed, there] = bytes_to_compare(bytes, available);
   return Error{ErrorKind::kOutOfMemory,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "compute/volume/result.h"
@@ -14,6 +15,16 @@ struct BytesTexts {
   std::string first, second;
 };
 BytesTexts bytes_to_compare(double first, double second);
+
+/// Memory of this machine; 0 where the system does not say.
+struct MachineMemory {
+  uint64_t total_bytes = 0, free_bytes = 0;
+};
+/// As it is now. Any thread.
+MachineMemory machine_memory();
+
+/// More than a quarter of what is free now: better read again than kept. Any thread.
+bool is_much_memory(double bytes);
 
 /// kOutOfMemory for an allocation that this machine can not hold now. `what` is the subject of the
 /// sentence. Any thread.

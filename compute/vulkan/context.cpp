@@ -5,6 +5,8 @@
 #include <cctype>
 #include <cstring>
 
+#include "compute/volume/memory.h"
+
 namespace palpate::vulkan {
 namespace {
 
@@ -185,6 +187,9 @@ GpuInfo describe(VkPhysicalDevice device, int index) {
       info.memory_bytes = std::max(info.memory_bytes, memory.memoryHeaps[i].size);
     }
   }
+  // Debian 12's lavapipe reports 2 GB of any machine.
+  const uint64_t machine = machine_memory().total_bytes;
+  if (first.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU && machine > 0) info.memory_bytes = machine;
   info.binding_bytes = first.limits.maxStorageBufferRange;
   info.missing = missing_from(device, first.apiVersion);
   info.usable = info.missing.empty();
@@ -367,10 +372,15 @@ Result<std::shared_ptr<Context>> Context::share(const SharedDevice& shared,
 }
 
 void Context::read_properties() {
-  VkPhysicalDeviceProperties properties;
-  vkGetPhysicalDeviceProperties(physical_device_, &properties);
-  limits_ = properties.limits;
-  is_cpu_ = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
+  VkPhysicalDeviceMaintenance3Properties largest{
+      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_3_PROPERTIES};
+  VkPhysicalDeviceProperties2 all{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &largest, {}};
+  vkGetPhysicalDeviceProperties2(physical_device_, &all);
+  limits_ = all.properties.limits;
+  is_cpu_ = all.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
+  largest_image_ = largest.maxMemoryAllocationSize;
+  // llvmpipe makes no larger ones, and does not say so.
+  if (is_cpu_) largest_image_ = std::min(largest_image_, uint64_t(1) << 30);
   vkGetPhysicalDeviceMemoryProperties(physical_device_, &memory_);
 }
 
@@ -391,7 +401,8 @@ Context::~Context() {
 
 uint64_t Context::memory_budget_bytes() const {
   // Nine tenths: drivers and other programs need the rest.
-  const uint64_t whole = info_.memory_bytes / 10 * 9;
+  const uint64_t free = is_cpu_ ? machine_memory().free_bytes : 0;
+  const uint64_t whole = free > 0 ? free / 3 * 2 : info_.memory_bytes / 10 * 9;
   return memory_cap_ ? std::min(whole, memory_cap_) : whole;
 }
 

@@ -37,7 +37,7 @@ struct GpuInfo {
   std::string driver;  ///< name and version
   std::string kind;    ///< "discrete GPU", "integrated GPU", "CPU", ...
   uint32_t api_major = 1, api_minor = 0;
-  uint64_t memory_bytes = 0;   ///< largest device-local heap
+  uint64_t memory_bytes = 0;   ///< largest device-local heap; of a CPU the machine's memory
   uint64_t binding_bytes = 0;  ///< largest storage buffer binding
   bool usable = false;         ///< false if something that the engine needs is missing
   std::string missing;         ///< what is missing, as text
@@ -112,8 +112,11 @@ class Context {
   /// Whether kernels may also load from storage images of r8, r16f and rg32f.
   bool loads_extended_formats() const { return loads_extended_formats_; }
 
-  /// Device memory that one estimation may use, at most the cap.
+  /// Device memory that one estimation may use, at most the cap. On a driver for CPUs two thirds of
+  /// what the machine has free now: it takes the machine's own memory, whatever it reports.
   uint64_t memory_budget_bytes() const;
+  /// The largest image that the device makes.
+  uint64_t largest_image_bytes() const { return largest_image_; }
   uint64_t memory_used_bytes() const { return memory_used_; }
   uint64_t memory_peak_bytes() const { return memory_peak_; }
   void reset_memory_peak() { memory_peak_ = memory_used_.load(); }
@@ -157,6 +160,7 @@ class Context {
   bool is_cpu_ = false;
   bool loads_extended_formats_ = false;
   uint64_t memory_cap_ = 0;
+  uint64_t largest_image_ = 0;
   std::atomic<uint64_t> memory_used_{0};
   std::atomic<uint64_t> memory_peak_{0};
   std::mutex queue_mutex_;

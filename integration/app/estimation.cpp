@@ -45,6 +45,11 @@ class Estimation {
       const Status finished = estimator_->finish();
       if (done && !finished) done = finished;
     }
+    {
+      // Its memory is free for judging.
+      const std::lock_guard lock(queue_mutex_);
+      estimator_.reset();
+    }
     finish_delivery();
     console_.end_progress();
     if (stop_.stop_requested()) return stopped();
@@ -72,10 +77,10 @@ class Estimation {
   /// Reads and pushes every frame. If a push fails, finish() returns the cause.
   Status feed() {
     for (size_t k = 0; k < job_.frame_count && !stop_.stop_requested(); ++k) {
-      auto read = job_.read_frame(k);
+      auto read = read_frame(k);
       if (!read) return read.error();
       auto frame = std::make_shared<const Volume>(std::move(*read));
-      {
+      if (job_.keeps_frames) {
         const std::lock_guard lock(frames_mutex_);
         frames_[k] = frame;
       }
@@ -88,6 +93,20 @@ class Estimation {
     return Nothing{};
   }
 
+  Result<Volume> read_frame(size_t k) {
+    const std::lock_guard lock(read_mutex_);
+    return job_.read_frame(k);
+  }
+
+  /// Frame k of a pair that is judged.
+  Status bring(size_t k, std::shared_ptr<const Volume>& frame) {
+    if (frame) return Nothing{};
+    auto read = read_frame(k);
+    if (!read) return read.error();
+    frame = std::make_shared<const Volume>(std::move(*read));
+    return Nothing{};
+  }
+
   /// One unit of progress per field; judging and writing run in parallel to the next estimation.
   void show(double share, const std::string& doing) {
     console_.progress((double(units_done_) + share) / double(job_.pair_count()), doing);
@@ -97,7 +116,7 @@ class Estimation {
   void take(PairMotion motion) {
     ++units_done_;
     EstimatedPair pair{std::move(motion), {}, {}};
-    {
+    if (job_.keeps_frames) {
       const std::lock_guard lock(frames_mutex_);
       pair.fixed = frames_.at(pair.motion.fixed_frame);
       pair.moving = frames_.at(pair.motion.moving_frame);
@@ -141,18 +160,18 @@ class Estimation {
 
   Status hand_over(EstimatedPair pair) {
     if (stop_.stop_requested()) return stopped();
-    return on_pair_(std::move(pair));
+    Status there = bring(pair.motion.fixed_frame, pair.fixed);
+    if (there) there = bring(pair.motion.moving_frame, pair.moving);
+    return there ? on_pair_(std::move(pair)) : there;
   }
 
   /// Keeps the first error. Empties the queue, so that no thread waits for room in it.
   void give_up(const Status& status) {
-    {
-      const std::lock_guard lock(queue_mutex_);
-      if (delivered_) delivered_ = status;
-      failed_ = true;
-      queue_.clear();
-      queue_changed_.notify_all();
-    }
+    const std::lock_guard lock(queue_mutex_);
+    if (delivered_) delivered_ = status;
+    failed_ = true;
+    queue_.clear();
+    queue_changed_.notify_all();
     if (estimator_) estimator_->cancel();
   }
 
@@ -163,6 +182,7 @@ class Estimation {
   const std::stop_token stop_;
   std::unique_ptr<SequenceEstimator> estimator_;
 
+  std::mutex read_mutex_;  ///< frames are read by two threads
   std::mutex frames_mutex_;
   std::map<size_t, std::shared_ptr<const Volume>> frames_;  ///< read and still needed
 

@@ -15,8 +15,11 @@ namespace palpate::app {
 struct EstimationJob {
   Grid grid;               ///< of the fields' frames; a frame on another grid is resampled onto it
   size_t frame_count = 0;  ///< two or more
-  std::function<Result<Volume>(size_t)> read_frame;  ///< called in rising order, once per frame
+  /// Called in rising order, once per frame, and in any order for what is read again.
+  std::function<Result<Volume>(size_t)> read_frame;
   EstimatorOptions options;
+  /// Frames stay in memory until their pairs are judged; otherwise they are read again for it.
+  bool keeps_frames = true;
 
   size_t pair_count() const { return frame_count - 1 + (options.cyclic ? 1 : 0); }
 };

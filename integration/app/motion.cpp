@@ -3,6 +3,7 @@
 #include <chrono>
 #include <filesystem>
 
+#include "compute/volume/memory.h"
 #include "integration/app/cancel.h"
 #include "integration/app/choice/front_file.h"
 #include "integration/app/choice/quantity.h"
@@ -314,6 +315,7 @@ Result<MotionResults> find_pairs(const MotionCommand& command, const std::string
                                  Console& console, std::stop_token stop) {
   EstimationJob job{frames.grid, frames.count, frames.read, estimator};
   job.options.backward = !command.no_verdict;
+  job.keeps_frames = !is_much_memory(2.0 * sizeof(float) * double(frames.grid.count()));
   DeliveryOptions options;
   options.names = [&](size_t fixed, size_t moving) {
     return command.is_pair() ? names_of_pair(command)

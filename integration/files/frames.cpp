@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
+#include "compute/volume/memory.h"
 #include "integration/files/frame_source.h"
 #include "integration/files/read_sequence.h"
 #include "integration/files/read_volume.h"
@@ -33,17 +35,21 @@ Result<Frames> open_pair(const fs::path& fixed, const fs::path& moving,
   Frames frames;
   auto first = read_volume(fixed, &frames.notes, nan_as);
   if (!first) return first.error();
+  const bool kept = !is_much_memory(2.0 * sizeof(float) * double(first->values.size()));
+  if (!kept) first->values = {};
   auto second = read_volume(moving, &frames.notes, nan_as);
   if (!second) return second.error();
   const Status overlap = check_overlap(fixed, first->grid, moving, second->grid);
   if (!overlap) return overlap.error();
-  auto volumes = std::make_shared<std::vector<Volume>>();
-  volumes->push_back(std::move(*first));
-  volumes->push_back(std::move(*second));
   frames.name = fixed.string();
-  frames.grid = volumes->front().grid;
+  frames.grid = first->grid;
   frames.count = 2;
-  frames.read = [volumes](size_t k) -> Result<Volume> { return std::move((*volumes)[k]); };
+  const auto volumes = std::make_shared<std::vector<Volume>>(2);
+  if (kept) *volumes = {std::move(*first), std::move(*second)};
+  frames.read = [volumes, files = std::vector{fixed, moving}, nan_as](size_t k) -> Result<Volume> {
+    if (Volume& there = (*volumes)[k]; !there.values.empty()) return std::exchange(there, {});
+    return read_volume(files[k], nullptr, nan_as);
+  };
   return frames;
 }
 

@@ -9,8 +9,9 @@
 
 namespace palpate::files {
 
-/// Two files as fixed and moving, read at once; their grids may differ. kBadInput also if they do
-/// not overlap, see check_overlap(). nan_as: as in read_volume().
+/// Two files as fixed and moving, read at once; their grids may differ. What would take much memory
+/// is read again when it is asked for. kBadInput also if they do not overlap, see check_overlap().
+/// nan_as: as in read_volume().
 Result<Frames> open_pair(const std::filesystem::path& fixed, const std::filesystem::path& moving,
                          std::optional<float> nan_as = {});
 

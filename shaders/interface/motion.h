@@ -249,7 +249,7 @@ struct FoldsPush {
 PALPATE_SIZE(FoldsPush, 64);
 
 struct BlendPush {
-  ivec4 cells;
+  ivec4 cells;  // w: 1 = all cells of the bricks, 0 = those that touch a fold
 };
 PALPATE_SIZE(BlendPush, 16);
 

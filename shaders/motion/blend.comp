@@ -5,7 +5,8 @@
 #include "include/flagged.glsl"
 // Repair of folds: replaces cells that touch a folded one by a smoothed field and keeps all others.
 //   u(i) <- G u(i) where any cell within 1 of i is flagged;  G = (1 2 1)/4 along each axis
-// Only gradients near folds are reduced. Repetition always ends, since a constant field does not fold.
+// or everywhere in the listed bricks. Only gradients near folds are reduced. Repetition always ends, since a constant
+// field does not fold.
 //
 // binding  direction  format               shape            unit
 // 0        in         uint                 bricks listed    packed brick coordinates
@@ -25,7 +26,7 @@ void main() {
   const ivec3 last = push.cells.xyz - 1;
   if (beyond(cell, push.cells.xyz)) return;
   vec4 u = texelFetch(field, cell, 0);
-  if (touches_flagged(flags, cell, last)) {
+  if (push.cells.w != 0 || touches_flagged(flags, cell, last)) {
     u.xyz = vec3(0.0);
     for (int k = 0; k < 27; ++k) {
       const ivec3 step = ivec3(k % 3, k / 3 % 3, k / 9) - 1;

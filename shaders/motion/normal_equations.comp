@@ -54,6 +54,14 @@ void main() {
   const ivec3 cells = push.cells.xyz;
   if (beyond(cell, cells)) return;
   const ivec3 size = ivec3(kCellX, kCellY, kCellZ);
+  const ivec3 begin = cell * size;
+  if (begin.z >= push.fixed_slab.z || begin.z + kCellZ <= push.fixed_slab.y) {
+    if (push.moving_slab.w != 0) return;
+    imageStore(equations0, cell, vec4(0.0));
+    imageStore(equations1, cell, vec4(0.0));
+    imageStore(equations2, cell, vec4(0.0));
+    return;
+  }
   const ivec3 last = cells - 1;
 
   vec3 u[27];
@@ -74,7 +82,6 @@ void main() {
   float structure = 0.0;
   const vec3 per_mm = 1.0 / push.spacing_mm.xyz;
   const vec3 moving_size = vec3(push.moving_size.xyz);
-  const ivec3 begin = cell * size;
   for (int oz = 0; oz < kCellZ; ++oz) {
     const vec3 wz = weights(oz, kCellZ);
     const int z = begin.z + oz;

@@ -42,6 +42,23 @@ TEST(FolderOfFiles, MayHoldOneFileWithAllFrames) {
   EXPECT_THAT(found->times_s, ElementsAre(0.0, 0.4));
 }
 
+/// What was handed out is no longer in memory.
+TEST(Pairs, AreReadAgainWhenTheyAreAskedForAgain) {
+  const TemporaryFolder folder;
+  const Volume first = known_volume(oblique_grid(), 0), second = known_volume(oblique_grid(), 1);
+  ASSERT_TRUE(write_volume(first, folder / "a.mha"));
+  ASSERT_TRUE(write_volume(second, folder / "b.mha"));
+  const auto frames = open_pair(folder / "a.mha", folder / "b.mha");
+  ASSERT_TRUE(frames) << frames.error().message;
+  for (int time = 0; time < 2; ++time) {
+    EXPECT_EQ(frames->read(0)->values, first.values);
+    EXPECT_EQ(frames->read(1)->values, second.values);
+  }
+  std::filesystem::remove(folder / "b.mha");
+  EXPECT_TRUE(frames->read(0));
+  EXPECT_FALSE(frames->read(1));
+}
+
 TEST(Sequences, AreCalledByTheirFileOrFolder) {
   const TemporaryFolder folder;
   const std::filesystem::path cine = folder / "heart_cine", other = folder / "Series.1";

@@ -336,6 +336,10 @@ TEST_F(BlendKernel, WorksOnListedBricksOnly) {
   dispatch(kernels()->blend(), {list, nearest(f), nearest(u), to.image},
            shaders::BlendPush{glm::ivec4(cells, 0)}, slice_groups(bricks));
   expect_cells(to, texels_of(oracle::blend(flags, field)), bricks, 3, 5.0, kSingle);
+  // Where all their cells are asked for it is as if each touched a fold.
+  dispatch(kernels()->blend(), {list, nearest(f), nearest(u), to.image},
+           shaders::BlendPush{glm::ivec4(cells, 1)}, slice_groups(bricks));
+  expect_cells(to, texels_of(oracle::blend(Scalars(cells, 1.0), field)), bricks, 3, 5.0, kSingle);
 }
 
 }  // namespace

@@ -386,6 +386,35 @@ TEST_F(FoldRepairOfBorders, LeavesNoFoldBetweenTheCellsMiddlesEither) {
   EXPECT_GT(folded, 20U);
 }
 
+/// A jump far longer than a cell, as in volumes of a billion voxels: the ramp in its place is as
+/// long.
+TEST_F(FoldRepairOfBorders, EndsWithoutAFoldWhereTheMotionJumpsByManyCells) {
+  LevelPlan level;
+  level.image_size = glm::ivec3(160, 24, 24);
+  level.cell = glm::ivec3(1);
+  level.cells = level.image_size;
+  level.spacing_mm = level.cell_mm = glm::dvec3(1.0);
+  Vectors field(level.cells);
+  oracle::for_each(level.cells, [&](glm::ivec3 i) {
+    field.at(i) = glm::dvec3(i.x < 80 ? 25.0 : -25.0, 0.3 * i.y, 0.0);
+  });
+  DeviceImage u = put(texels_of(field), Format::kRgba32);
+  DeviceImage other = put(texels_of(field), Format::kRgba32);
+  const DeviceImage flags = put(texels_of(Scalars(level.cells)), Format::kRgba16);
+  const BrickList bricks = all_bricks(level.cells);
+  vulkan::Buffer list = upload_bricks(context(), bricks);
+  vulkan::Buffer counts(context(), bricks.size() * sizeof(uint32_t),
+                        vulkan::Buffer::Kind::kHostVisible);
+  vulkan::Recorder recorder(context());
+  SolveReport report;
+  repair_folds(recorder, *kernels(), level, 0.01, 0,
+               {u.image, other.image, flags.image, list, counts}, bricks, report);
+  EXPECT_EQ(report.folded_cells, 0U);
+  const Scalars smallest =
+      oracle::folds(vectors_of(get(u)), level.cell, level.image_size, level.spacing_mm, true);
+  EXPECT_GT(*std::min_element(smallest.values.begin(), smallest.values.end()), 0.0099);
+}
+
 TEST_F(UpsampleCubicKernel, IsTheCubicBetweenTheCoarseCells) {
   struct Case {
     glm::ivec3 from, to;

@@ -129,7 +129,7 @@ TEST(Region, KeepsWholeImagesForClassicAndForSlabs) {
   EXPECT_TRUE(all.masked());
 
   MotionPlan cut = plan_of(grid);
-  ASSERT_TRUE(fit_into(cut, cut.device_bytes / 2));
+  ASSERT_TRUE(fit_into(cut, {cut.device_bytes / 2}));
   ASSERT_GT(cut.slabs, 1);
   const Region slabs = region_of(cut, mask);
   EXPECT_EQ(slabs.levels[0].voxels.end, grid.size);

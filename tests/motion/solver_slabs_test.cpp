@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <limits>
+
+#include "compute/motion/slab_images.h"
 #include "compute/vulkan/context.h"
 #include "tests/motion/solver_test.h"
 
@@ -43,7 +47,7 @@ TEST_F(SolverSlabs, GiveTheSameFieldAsWholeImages) {
     SCOPED_TRACE(tenths);
     const auto device = small_device(needed * tenths / 10);
     MotionPlan plan = plan_motion(pair.fixed.grid, options.motion);
-    ASSERT_TRUE(fit_into(plan, device->memory_budget_bytes()));
+    ASSERT_TRUE(fit_into(plan, budget_of(*device)));
     EXPECT_GT(slabs_of(plan).size(), most);
     most = slabs_of(plan).size();
 
@@ -99,7 +103,7 @@ TEST_F(SolverSlabs, DoWithoutTheStepForSlidingBordersAndItsMemory) {
 
   // The step is left out before images are cut, and before the way back uses its memory.
   MotionPlan whole = with;
-  ASSERT_TRUE(fit_into(whole, without.device_bytes));
+  ASSERT_TRUE(fit_into(whole, {without.device_bytes}));
   EXPECT_FALSE(has_sliding_step(whole));
   EXPECT_EQ(whole.slabs, 1);
   options = preset("balanced");
@@ -114,7 +118,7 @@ TEST_F(SolverSlabs, DoWithoutTheStepForSlidingBordersAndItsMemory) {
   EXPECT_FALSE(memory(with.device_bytes).backward);
   EXPECT_FALSE(memory(without.device_bytes).sliding);
 
-  ASSERT_TRUE(fit_into(with, with.device_bytes * 8 / 10));
+  ASSERT_TRUE(fit_into(with, {with.device_bytes * 8 / 10}));
   EXPECT_FALSE(has_sliding_step(with));
   EXPECT_EQ(with.field.size, without.field.size);
 }
@@ -165,6 +169,96 @@ TEST_F(SolverSlabs, LeaveTheWayBackOutWhereItDoesNotFit) {
   EXPECT_LE(device->memory_peak_bytes(), both.device_bytes);
 }
 
+/// Voxels outside a mask count for nothing there too, and those beside its border do.
+TEST_F(SolverSlabs, GiveTheSameFieldInAMask) {
+  const MadePair pair = tall_pair();
+  EstimatorOptions options = preset("balanced");
+  options.motion.sliding.cell = 0;
+  const Grid& grid = pair.fixed.grid;
+  Mask& mask = options.mask.emplace(grid, std::vector<uint8_t>(grid.count()));
+  for (int k = 30; k < 120; ++k)
+    for (int j = 8; j < 38; ++j)
+      for (int i = 6; i < 30 + k / 20; ++i) mask.values[grid.offset(i, j, k)] = 1;
+  const PairMotion whole = motion_of(pair.fixed, pair.moving, options);
+  const uint64_t needed = plan_motion(grid, options.motion).device_bytes;
+  const auto device = small_device(needed * 7 / 10);
+  const Result<PairMotion> cut = estimate_motion(device, pair.fixed, pair.moving, options);
+  ASSERT_TRUE(cut) << cut.error().message;
+  EXPECT_LE(device->memory_peak_bytes(), needed * 7 / 10);
+  const Result<Distances> apart = endpoint_error(cut->field, whole.field);
+  ASSERT_TRUE(apart);
+  EXPECT_LT(apart->voxels.mean, kSameMeanVoxels);
+  EXPECT_LT(apart->voxels.p99, kSameP99Voxels);
+}
+
+/// Only slabs between which something moves are compared, and only where there is work.
+TEST_F(SolverSlabs, AreComparedAsFarAsThingsMove) {
+  MotionPlan plan =
+      plan_motion(plain_grid({40, 44, 150}), without_sliding_step(preset("fast").motion));
+  ASSERT_TRUE(fit_into(plan, {plan.device_bytes * 6 / 10}));
+  const std::vector<Slab> slabs = slabs_of(plan);
+  ASSERT_GE(slabs.size(), 4U);
+  const int owned = slabs[0].end;
+  const auto kernels = std::make_shared<MotionKernels>(context());
+  const SlabImages images(context(), kernels, plan, whole_region(plan));
+  const FramePyramid fixed(context(), plan), moving(context(), plan);
+  const auto pairs = [&](const BrickList& bricks, double reach) {
+    vulkan::Recorder recorder(context(), uint32_t(SlabImages::most_dispatches(plan)));
+    std::vector<std::pair<int, int>> found;
+    images.record_pairs(
+        recorder, fixed, moving, bricks, reach,
+        [&](const vulkan::Image&, const vulkan::Image&, const Slab& a, const Slab& b) {
+          found.emplace_back(a.begin / owned, b.begin / owned);
+        });
+    recorder.run();
+    std::sort(found.begin(), found.end());
+    return found;
+  };
+  const BrickList all = all_bricks(plan.levels[0].cells);
+  std::vector<std::pair<int, int>> every, near;
+  for (int a = 0; a < int(slabs.size()); ++a)
+    for (int b = 0; b < int(slabs.size()); ++b) {
+      every.emplace_back(a, b);
+      if (std::abs(a - b) <= 1) near.emplace_back(a, b);
+    }
+  EXPECT_EQ(pairs(all, std::numeric_limits<double>::infinity()), every);
+  EXPECT_EQ(pairs(all, owned - 1.0), near);
+  BrickList lowest;
+  for (const uint32_t brick : all)
+    if (unpacked(brick).z == 0) lowest.push_back(brick);
+  const int work_ends = 8 * plan.levels[0].cell.z;
+  std::erase_if(near, [&](const auto& pair) { return pair.first * owned >= work_ends; });
+  EXPECT_EQ(pairs(lowest, 1.0), near);
+}
+
+/// Pure arithmetic: what the largest image and the memory that device and host share leave.
+TEST_F(SolverSlabs, FitIntoTheLargestImageAndTheSharedMemory) {
+  const MotionOptions options = without_sliding_step(*motion_preset("fast"));
+  const auto planned = [&](int size) { return plan_motion(plain_grid(glm::ivec3(size)), options); };
+  const uint64_t gib = uint64_t(1) << 30;
+  MotionPlan plan = planned(472);
+  EXPECT_TRUE(fit_into(plan, {64 * gib, gib}));
+  EXPECT_EQ(plan.slabs, 1);
+  EXPECT_EQ(plan.host_bytes, 0U);
+  EXPECT_TRUE(fit_into(plan = planned(600), {64 * gib, gib}));
+  EXPECT_EQ(plan.slabs, 2);
+  EXPECT_LE(plan.largest_image_bytes, gib);
+  // Both frames as halves, and the slices that slabs share.
+  const double halves = 4.0 * double(plan.image.count());
+  EXPECT_GE(double(plan.host_bytes), halves);
+  EXPECT_LE(double(plan.host_bytes), 1.05 * halves);
+
+  const uint64_t both = plan.device_bytes + plan.host_bytes - 1;
+  EXPECT_TRUE(fit_into(plan = planned(600), {64 * gib, gib, both}));
+  EXPECT_GT(plan.slabs, 2);
+  EXPECT_LE(plan.device_bytes + plan.host_bytes, both);
+  // The next coarser level alone is too large.
+  EXPECT_FALSE(fit_into(plan = planned(1200), {64 * gib, gib}));
+  EXPECT_GT(plan.largest_image_bytes, gib);
+  EXPECT_TRUE(fit_into(plan = planned(1024), {64 * gib, gib}));
+  EXPECT_EQ(plan.largest_image_bytes, gib);
+}
+
 TEST_F(SolverSlabs, AnswerForEverySliceOnce) {
   for (const int slices : {33, 64, 150, 151}) {
     MotionPlan plan = plan_motion(plain_grid({40, 44, slices}), *motion_preset("balanced"));
@@ -175,7 +269,7 @@ TEST_F(SolverSlabs, AnswerForEverySliceOnce) {
         EXPECT_EQ(slab.begin, next);
         next = slab.end;
         EXPECT_LE(slab.first, std::max(0, slab.begin - 1));
-        EXPECT_GE(slab.first + slab.depth, std::min(slices, slab.end + 1));
+        EXPECT_GE(slab.first + slab.depth, std::min(slices, slab.end + 2));
         EXPECT_GE(slab.first, 0);
         EXPECT_LE(slab.first + slab.depth, slices);
       }

@@ -115,10 +115,10 @@ std::vector<Cell> pair_row(const MotionBench& bench, const Sequence& heart,
 std::string why_not(const MotionBench& bench, const Grid& grid, const MotionOptions& options) {
   MotionPlan plan = plan_motion(grid, options);
   const double needed = double(plan.device_bytes);
-  const uint64_t budget = bench.context->memory_budget_bytes();
+  const MemoryBudget budget = budget_of(*bench.context);
   if (fit_into(plan, budget)) return {};
   return fmt::format("does not fit: {:.1f} GiB of {:.1f}", needed / double(1ULL << 30),
-                     double(budget) / double(1ULL << 30));
+                     double(budget.device_bytes) / double(1ULL << 30));
 }
 }  // namespace
 

@@ -18,7 +18,7 @@ constexpr double kSameVoxels = 1e-3;
 MotionPlan fitting_plan(const vulkan::Context& context, const Grid& grid,
                         const MotionOptions& options) {
   MotionPlan plan = plan_motion(grid, options);
-  if (!fit_into(plan, context.memory_budget_bytes()))
+  if (!fit_into(plan, budget_of(context)))
     throw Mismatch("The device has too little memory for this pair: choose another with --gpu.");
   return plan;
 }
