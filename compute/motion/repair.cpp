@@ -101,7 +101,9 @@ void repair_folds(vulkan::Recorder& recorder, MotionKernels& kernels, const Leve
     }
     recorder.run();
     std::swap(repair.field, repair.other);
+    looked_at = changing;
     // The two images differ in the bricks that change only, so the passes over these are enough.
+    // The cells beside them may fold now.
     if (round >= along + kRoundsAtFolds) {
       list(changing);
       for (int pass = 0; pass < kPassesOverBricks; ++pass) {
@@ -115,8 +117,8 @@ void repair_folds(vulkan::Recorder& recorder, MotionKernels& kernels, const Leve
         recorder.run();
         std::swap(repair.field, repair.other);
       }
+      looked_at = with_neighbours(changing, level.cells);
     }
-    looked_at = changing;
     between = round >= along;
     ++round;
   }

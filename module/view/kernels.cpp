@@ -94,10 +94,10 @@ const vulkan::Kernel& Kernels::light() {
   return get(k_view_light, 0);
 }
 const vulkan::Kernel& Kernels::raycast(int volumes, bool things, bool skip, bool count, bool masked,
-                                       bool texels, uint32_t backdrop, bool lit) {
+                                       bool texels, uint32_t backdrop, bool lit, bool refines) {
   return get(k_view_raycast, 0,
              {uint32_t(volumes), things ? 1U : 0U, skip ? 1U : 0U, count ? 1U : 0U,
-              masked ? 1U : 0U, texels ? 1U : 0U, backdrop, lit ? 1U : 0U});
+              masked ? 1U : 0U, texels ? 1U : 0U, backdrop, lit ? 1U : 0U, refines ? 1U : 0U});
 }
 
 }  // namespace palpate::view

@@ -39,8 +39,9 @@ class Kernels {
   /// volumes: 1 to kMostVolumes. skip: off marches everywhere; count: samples are counted. Both for
   /// measurements. masked: not all pixels are visible. texels: skip words are read as texels.
   /// backdrop: see view::backdrop_bits(); 0: none. lit: the light grid is read.
+  /// refines: see RendererOptions.
   const vulkan::Kernel& raycast(int volumes, bool things, bool skip, bool count, bool masked,
-                                bool texels, uint32_t backdrop, bool lit);
+                                bool texels, uint32_t backdrop, bool lit, bool refines);
 
   const vulkan::Sampler& linear() const { return linear_; }
   const vulkan::Sampler& nearest() const { return nearest_; }

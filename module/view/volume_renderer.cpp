@@ -25,7 +25,7 @@ Error refused(const std::string& what) {
 
 // Light lost over one longer step, at most, where such are taken: what lies beside its one sample
 // is then off by a part of this, and parts of many steps have either sign.
-constexpr double kThinLoss = 0.02;
+constexpr double kThinLoss = 0.01;
 
 // Samples per voxel from which on a segment and the cell of its end are within half a brick.
 constexpr double kShortSteps = 1.0 / 3.0;
@@ -374,7 +374,7 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
   recorder.dispatch(
       kernels_->raycast(int(drawn.size()), things, options_.skip_empty, options_.count_samples,
                         visible_ != nullptr, skip_texels_.whole(),
-                        images ? view::backdrop_bits(*images) : 0U, lit),
+                        images ? view::backdrop_bits(*images) : 0U, lit, options_.refines),
       bindings, nullptr, {(size.width + 7) / 8, (size.height + 7) / 8, eyes_});
   recorder.stamp("rays");
   if (images) view::record_into(*images, eyes_, size, recorder, colour_, depth_);

@@ -68,8 +68,8 @@ void main() {
       const vec4 here = classified(v, textureLod(volume, (voxel + 0.5) / size, 0.0), voxel);
       const float around = view.volumes[v].table.x * aside_mm * length(here.xyz);
       const float last = float(kTable) - 0.5;
-      const float extinction =
-          mean_between(v, clamp(here.w - around, 0.5, last), clamp(here.w + around, 0.5, last)).w;
+      const float low = clamp(here.w - around, 0.5, last), high = clamp(here.w + around, 0.5, last);
+      const float extinction = mean_between(v, low, high, integral(v, low), integral(v, high)).w;
       const vec3 slope = here.xyz * view.volumes[v].stretch.xyz;
       sum += extinction * kept_of(v, surface_of(v, dot(slope, slope)));
     }

@@ -23,6 +23,8 @@ Look white(double haze_per_mm, double ambient, double diffuse) {
   look.points = {{0.05, glm::dvec3(0.0), 0.0},
                  {0.1, glm::dvec3(0.0), haze},
                  {0.4, glm::dvec3(0.0), haze},
+                 // White from its outermost skin on: a dark one would count as the slab's.
+                 {0.401, glm::dvec3(1.0), haze},
                  {0.6, glm::dvec3(1.0), 0.999}};
   look.shine = {ambient, diffuse, 0.0};
   return look;

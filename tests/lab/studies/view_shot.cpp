@@ -47,6 +47,7 @@ Drawn draw(const std::shared_ptr<vulkan::Context>& context,
   RendererOptions options{size, 2};
   options.samples_per_voxel = shot.samples_per_voxel;
   options.skip_empty = shot.skip_empty;
+  options.refines = shot.refines;
   options.count_samples = shot.counts;
   const auto renderer = got(VolumeRenderer::make(context, options));
   expect(renderer->set_volumes(std::vector{volume}));

@@ -21,6 +21,8 @@ struct Shot {
   int pixels = kViewSize.width;
   std::vector<Eye> eyes = both_view_eyes();
   bool skip_empty = true;
+  /// As by default; off: the same rate everywhere.
+  bool refines = false;
   /// Each picture at another phase.
   bool moving = false;
   /// Counts samples, which takes time.

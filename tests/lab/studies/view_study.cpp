@@ -19,6 +19,7 @@ constexpr double kReferenceRate = 8.0;
 
 const char* const kSteps = "palpate, by samples per voxel";
 const char* const kNoSkip = "palpate, nothing skipped";
+const char* const kDefault = "palpate, the default";
 const char* const kMoving = "palpate, moving";
 const char* const kSmaller = "palpate, fewer pixels";
 
@@ -96,7 +97,8 @@ struct Way {
 /// The reference comes first, then other methods, then other rates: the coarsest first, because a
 /// peer is compared with the fastest picture of sufficient quality.
 std::vector<Way> ways_of(bool quick) {
-  std::vector<Way> ways = {{kSteps, 1.0}, {kMoving, 1.0}, {kSmaller, 1.0}, {kNoSkip, 1.0}};
+  std::vector<Way> ways = {
+      {kSteps, 1.0}, {kMoving, 1.0}, {kSmaller, 1.0}, {kNoSkip, 1.0}, {kDefault, 0.5}};
   for (const double rate : quick ? std::vector{0.25, 0.5, 2.0}
                                  : std::vector{0.125, 0.25, 0.5, 2.0, 0.35, 0.7, 4.0, 1.4})
     ways.push_back({kSteps, rate});
@@ -144,6 +146,7 @@ class LookStudy {
   ViewMeasure measured(const Way& way, const Drawn& best) const {
     Shot shot{look_, way.rate, pixels_};
     shot.skip_empty = way.family != kNoSkip;
+    shot.refines = way.family == kDefault;
     shot.moving = way.family == kMoving;
     const bool smaller = way.family == kSmaller;
     if (smaller) shot.pixels /= 2;
