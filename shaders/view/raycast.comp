@@ -80,7 +80,7 @@ const float kStop = 1.0 / 256.0;
 const float kAlbedo = 0.4;  // share of its colour that tissue sends on
 const float kNeeded = 0.01;
 // A segment is drawn anew in so many parts if the order of its values changes its light by more than this. With half a
-// sample per voxel nine real volumes and the heart phantom have 47 to 57 dB against eight samples per voxel.
+// sample per voxel nine real volumes and the heart phantom have 47 to 56 dB against eight samples per voxel.
 const float kFineError = 0.002;
 const int kFineParts = 4;
 const float kFar = 1e30;
