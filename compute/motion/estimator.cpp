@@ -199,6 +199,7 @@ class Worker final : public SequenceEstimator {
     MotionPlan less = plan_;
     MemoryBudget rest = budget;
     rest.device_bytes -= std::min(budget.device_bytes, backward_bytes());
+    rest.both_bytes -= std::min(budget.both_bytes, backward_bytes());
     if (!fit_into(less, rest) || less.slabs > plan_.slabs ||
         has_sliding_step(less) != has_sliding_step(plan_))
       backward_plan_.reset();
@@ -416,8 +417,8 @@ std::string megabytes(uint64_t bytes) {
 
 MemoryBudget budget_of(const vulkan::Context& context) {
   MemoryBudget budget{context.memory_budget_bytes(), context.largest_image_bytes()};
-  const uint64_t free = machine_memory().free_bytes;
-  if (context.is_cpu() && free > 0) budget.both_bytes = free / 3 * 2;
+  const uint64_t own = context.is_cpu() ? memory_for_cpu_work() : 0;
+  if (own > 0) budget.both_bytes = own;
   return budget;
 }
 
@@ -440,10 +441,12 @@ Result<std::unique_ptr<SequenceEstimator>> SequenceEstimator::open(
                                                 " and the device makes none over " +
                                                 megabytes(budget.largest_image_bytes) + advice};
     }
-    const uint64_t there = std::min(budget.device_bytes, budget.both_bytes);
-    return Error{ErrorKind::kOutOfMemory, takes + megabytes(plan.device_bytes) +
-                                              " of device memory and there are " +
-                                              megabytes(there) + advice};
+    // Where the device alone has room, what slabs keep on the host is too much.
+    const bool is_both = plan.device_bytes <= budget.device_bytes;
+    return Error{ErrorKind::kOutOfMemory,
+                 takes + megabytes(plan.device_bytes + (is_both ? plan.host_bytes : 0)) +
+                     (is_both ? " of memory" : " of device memory") + " and there are " +
+                     megabytes(is_both ? budget.both_bytes : budget.device_bytes) + advice};
   }
   if (const Status started = vulkan::tried([&] { worker->start(); }); !started)
     return started.error();

@@ -38,6 +38,10 @@ MachineMemory machine_memory() {
   return memory;
 }
 
+uint64_t memory_for_cpu_work() {
+  return machine_memory().free_bytes / 3 * 2;
+}
+
 bool is_much_memory(double bytes) {
   const auto free = double(machine_memory().free_bytes);
   return free > 0.0 && bytes > 0.25 * free;

@@ -23,6 +23,10 @@ struct MachineMemory {
 /// As it is now. Any thread.
 MachineMemory machine_memory();
 
+/// What work on a driver for CPUs may take, which uses the machine's own memory: two thirds of what
+/// is free now, since frames and fields need the rest; 0 where the system does not say. Any thread.
+uint64_t memory_for_cpu_work();
+
 /// More than a quarter of what is free now: better read again than kept. Any thread.
 bool is_much_memory(double bytes);
 

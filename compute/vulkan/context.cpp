@@ -401,8 +401,8 @@ Context::~Context() {
 
 uint64_t Context::memory_budget_bytes() const {
   // Nine tenths: drivers and other programs need the rest.
-  const uint64_t free = is_cpu_ ? machine_memory().free_bytes : 0;
-  const uint64_t whole = free > 0 ? free / 3 * 2 : info_.memory_bytes / 10 * 9;
+  const uint64_t own = is_cpu_ ? memory_for_cpu_work() : 0;
+  const uint64_t whole = own > 0 ? own : info_.memory_bytes / 10 * 9;
   return memory_cap_ ? std::min(whole, memory_cap_) : whole;
 }
 

@@ -55,6 +55,7 @@ void main() {
   if (beyond(cell, cells)) return;
   const ivec3 size = ivec3(kCellX, kCellY, kCellZ);
   const ivec3 begin = cell * size;
+  // Outside of the fixed slab there is nothing to add; the first pair of slabs writes all cells.
   if (begin.z >= push.fixed_slab.z || begin.z + kCellZ <= push.fixed_slab.y) {
     if (push.moving_slab.w != 0) return;
     imageStore(equations0, cell, vec4(0.0));

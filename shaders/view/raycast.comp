@@ -84,7 +84,7 @@ const float kNeeded = 0.01;
 const float kFineError = 0.002;
 const int kFineParts = 4;
 const float kFar = 1e30;
-const vec3 kBrightness = vec3(0.3, 0.5, 0.2);
+const vec3 kBrightness = vec3(0.3, 0.5, 0.2);  // weights of red, green and blue
 
 // The ray in each volume's voxels, and the depths between which it is inside.
 vec3 start[kVolumes];
@@ -175,8 +175,8 @@ struct Shade {
 // A volume at a depth.
 struct Sample {
   vec3 slope;
-  float entry;   // of the table: its value
-  vec4 up_to;    // the integrals up to that entry
+  float entry;  // of the table: its value
+  vec4 up_to;   // the integrals up to that entry
   Shade shade;
 };
 
@@ -188,6 +188,7 @@ vec2 light_at(float t) {
   return 1.0 - view.light_cells.w * (1.0 - read);
 }
 
+// How a volume is lit where it has this slope. reached: see light_at().
 Shade shade_of(int v, vec3 slope, vec2 reached) {
   const vec3 stretched = slope * view.volumes[v].stretch.xyz;
   const float square = dot(stretched, stretched);
@@ -207,6 +208,7 @@ Shade shade_of(int v, vec3 slope, vec2 reached) {
                mix(1.0, how.x + direct, surface), how.z * shine * surface * reached.x * reached.y, kept_of(v, surface));
 }
 
+// share: 0 is the first one, 1 the other.
 Shade between(Shade one, Shade other, float share) {
   return Shade(mix(one.left, other.left, share), mix(one.all, other.all, share), mix(one.gloss, other.gloss, share),
                mix(one.kept, other.kept, share));
@@ -385,7 +387,7 @@ Segment segment(float lower, float upper, Sample before[kVolumes], out Sample af
     for (int h = 0; h < 2; ++h) {
       const Shade its = between(one.shade, other.shade, h == 0 ? 0.25 : 0.75);
       const vec4 its_glow = h == 0 ? mean_between(v, one.entry, entry, one.up_to, up_to)
-                                      : mean_between(v, entry, other.entry, up_to, other.up_to);
+                                   : mean_between(v, entry, other.entry, up_to, other.up_to);
       all.halves[h] += share * lit(its_glow, its, tint);
       all.plain[h] += share * its.kept * its.all * dot(its_glow.rgb, kBrightness);
     }
