@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "tests/view/shown_value.h"
+#include "tests/view/slow_rays.h"
 #include "tests/view/view_scenes.h"
 
 namespace palpate::test {
@@ -70,6 +71,39 @@ TEST_F(SurfaceTest, OfTheBeatingHeartIsSeenWhereItIsFeltAtEveryPhase) {
                             << (heart->whole ? ", carried" : "");
     }
   }
+}
+
+/// A vessel whose wall and contents lie within two voxels: the order of tissues inside a segment,
+/// and the normal at each sample, must be seen, not the pattern of the samples.
+TEST_F(SurfaceTest, OfThinLayersShowsNoPatternOfSamples) {
+  constexpr int kEdge = 48;
+  const auto vessel = still_volume(kEdge, 1.0, [](glm::dvec3 x) {
+    return std::clamp(0.5 + (10.0 - std::hypot(x.x, x.y)) / 3.0, 0.0, 1.0);
+  });
+  Look look{"layers", {}, {1.0, 0.0, 0.0}, 0.0};
+  look.points = {{0.2, glm::dvec3(0.9, 0.5, 0.1), 0.0},
+                 {0.3, glm::dvec3(0.9, 0.5, 0.1), 0.6},
+                 {0.5, glm::dvec3(0.7, 0.1, 0.1), 0.6},
+                 {0.7, glm::dvec3(0.3, 0.1, 0.7), 0.9},
+                 {1.0, glm::dvec3(0.3, 0.1, 0.7), 0.9}};
+  look.shine = {0.3, 0.7, 0.2};
+  ViewScene scene;
+  scene.volumes = {{vessel, {}, {}, look}};
+  const Eye eye = eye_at({0.06, 0.05, 0.09}, {0.0, 0.0, 0.0}, 0.4, kSurfaceSize);
+  const auto picture = [&](const RendererOptions& options) {
+    auto view = renderer(options);
+    set(*view, {vessel});
+    return draw(*view, scene, {eye}, kSurfaceSize)[0];
+  };
+  RendererOptions fine{kSurfaceSize, 1}, plain{kSurfaceSize, 1};
+  fine.samples_per_voxel = 16.0;
+  plain.samples_per_voxel = 1.0;
+  fine.refines = plain.refines = false;
+  const Picture best = picture(fine);
+  const double db = psnr_db(picture({kSurfaceSize, 1}), best);
+  EXPECT_GT(db, 42.0);
+  // Twice as many samples without telling halves apart are not enough.
+  EXPECT_GT(db, psnr_db(picture(plain), best) + 3.0);
 }
 
 }  // namespace
