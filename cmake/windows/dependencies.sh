@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds what palpate takes from other libraries for Windows x64, from Debian's sources, without privileges, as static libraries; an import library
-# for the Vulkan loader, and the headers of those that are headers alone (Boost, CLI11, Eigen, GLM, nlohmann-json, Vulkan). zlib is Debian's. Half an
+# for the Vulkan loader, and the headers of those that are headers alone (Boost, CLI11, Eigen, GLM, nlohmann-json, stb, Vulkan). zlib is Debian's. Half an
 # hour on two cores that had other work, too.
 # usage: dependencies.sh FOLDER   (FOLDER/include, FOLDER/lib; made once, then kept)
 set -euo pipefail
@@ -12,7 +12,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 
 missing=()
 for package in g++-mingw-w64-x86-64-posix libz-mingw-w64-dev cmake make meson ninja-build pkg-config dpkg-dev libboost-dev libcli11-dev \
-               libeigen3-dev libglm-dev nlohmann-json3-dev libvulkan-dev; do
+               libeigen3-dev libglm-dev nlohmann-json3-dev libstb-dev libvulkan-dev; do
   [[ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" == installed ]] || missing+=("$package")
 done
 ((${#missing[@]} == 0)) || { echo "dependencies.sh: install ${missing[*]} first." >&2; exit 1; }
@@ -31,13 +31,13 @@ apt=(-q -o Dir::Etc::SourceList=/dev/null -o "Dir::Etc::SourceParts=$work/apt/pa
      -o APT::Sandbox::User=root)
 cd "$work/src"
 apt-get "${apt[@]}" update
-apt-get "${apt[@]}" source fmtlib expat gdcm libpng1.6 cairo openssl glfw3 libjsoncpp openxr-sdk-source opencv
+apt-get "${apt[@]}" source fmtlib expat gdcm libpng1.6 cairo openssl glfw3 libjsoncpp openxr-sdk-source opencv tinygltf
 # Debian changes nothing in these two that is built here.
 apt-get "${apt[@]}" --tar-only source pixman qrencode
 for packed in pixman_*.tar.* qrencode_*.tar.*; do tar -xf "$packed"; done
 
 # Libraries that are headers alone, linked one by one: /usr/include itself has glibc's.
-for headers in boost eigen3/Eigen eigen3/unsupported glm nlohmann vulkan vk_video CLI; do
+for headers in boost eigen3/Eigen eigen3/unsupported glm nlohmann stb vulkan vk_video CLI; do
   ln -sfn "/usr/include/$headers" "$out/include/${headers##*/}"
 done
 header_package() {  # NAME TARGET
@@ -94,6 +94,12 @@ sed -i -E 's/(\\\$<LINK_ONLY:)?JsonCpp::JsonCpp>?/${_IMPORT_PREFIX}\/lib\/libjso
 configure_and_install opencv opencv-*/ -DBUILD_LIST=core,imgproc,video -DBUILD_TESTS=OFF -DBUILD_PERF_TESTS=OFF -DBUILD_EXAMPLES=OFF \
   -DBUILD_opencv_apps=OFF -DBUILD_ZLIB=OFF $(printf -- '-DWITH_%s=OFF ' IPP OPENCL FFMPEG PROTOBUF EIGEN JPEG PNG TIFF WEBP OPENJPEG JASPER OPENEXR \
     ITT QUIRC ADE WIN32UI DSHOW MSMF DIRECTX LAPACK)
+# Debian's stb is a library for Linux: here its functions are compiled with those that call them.
+sed -i 's/find_package(nlohmann_json 3 /find_package(nlohmann_json /' tinygltf-*/CMakeLists.txt
+configure_and_install tinygltf tinygltf-*/ -DTINYGLTF_BUILD_LOADER_EXAMPLE=OFF -DBUILD_TESTING=OFF -Dstb_LIBRARY:STRING=m \
+  "-DCMAKE_CXX_FLAGS=-DSTB_IMAGE_IMPLEMENTATION -DSTB_IMAGE_WRITE_IMPLEMENTATION -ffile-prefix-map=$work/="
+# It needs nothing else.
+sed -i '/INTERFACE_LINK_LIBRARIES/d' "$out/lib/cmake/TinyGLTF/TinyGLTFTargets.cmake"
 
 # pixman by Meson, cairo by its configure script, OpenSSL by its own.
 cross=x86_64-w64-mingw32
@@ -141,12 +147,12 @@ x86_64-w64-mingw32-dlltool -d "$work/vulkan-1.def" -l "$out/lib/libvulkan-1.dll.
 
 # The library has these inside, so their licences go with it.
 mkdir -p "$out/licences"
-for source in fmtlib expat gdcm libpng1.6 cairo openssl glfw3 libjsoncpp openxr-sdk-source opencv; do
+for source in fmtlib expat gdcm libpng1.6 cairo openssl glfw3 libjsoncpp openxr-sdk-source opencv tinygltf; do
   cp "$work/src/$source"-*/debian/copyright "$out/licences/$source.txt"
 done
 cp "$work"/src/pixman-*/COPYING "$out/licences/pixman.txt"
 cp "$work"/src/qrencode-*/COPYING "$out/licences/qrencode.txt"
-for package in libboost-dev libcli11-dev libeigen3-dev libglm-dev nlohmann-json3-dev libz-mingw-w64-dev g++-mingw-w64-x86-64-posix; do
+for package in libboost-dev libcli11-dev libeigen3-dev libglm-dev nlohmann-json3-dev libstb-dev libz-mingw-w64-dev g++-mingw-w64-x86-64-posix; do
   cp -L "/usr/share/doc/$package/copyright" "$out/licences/$package.txt"
 done
 

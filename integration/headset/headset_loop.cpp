@@ -9,6 +9,7 @@
 
 #include "compute/vulkan/caught.h"
 #include "integration/charts/slice_panel.h"
+#include "integration/headset/held_models.h"
 #include "integration/headset/place_check.h"
 #include "integration/sound/contact_sound.h"
 #include "module/haptics/scene/snapshot_ahead.h"
@@ -104,6 +105,7 @@ class HeadsetLoop::Run {
     main_visible_ = report.main_visible;
     tell_found(report);
     tell_tracking(report);
+    tell_models(report);
     tell_panel(report);
     tell_rate(report);
     tell_sound();
@@ -127,6 +129,22 @@ class HeadsetLoop::Run {
           fmt::format("The runtime does not give the joints of bare hands in this session{}.",
                       options_.details ? ": " + report.no_hand_tracking : ""));
     no_tracking_ = report.no_hand_tracking;
+  }
+
+  /// Says once that controllers are not seen, and why.
+  void tell_models(const xr::Report& report) {
+    if (const std::string trouble = models_.take_trouble(); !trouble.empty())
+      loop_.tell("A controller is not drawn. " + trouble);
+    if (report.no_controller_models != no_models_ && !report.no_controller_models.empty())
+      loop_.tell(fmt::format("The runtime does not give the shapes of its controllers{}.",
+                             options_.details ? ": " + report.no_controller_models : ""));
+    no_models_ = report.no_controller_models;
+    const bool held = report.hands.hand[0].active || report.hands.hand[1].active;
+    if (!held || models_told_ || report.controller_models || !no_models_.empty()) return;
+    models_told_ = true;
+    loop_.tell(
+        "Controllers are not drawn: the runtime does not give their shapes "
+        "(XR_EXT_interaction_render_model).");
   }
 
   /// Says once that the world may not follow a person who recentres.
@@ -413,6 +431,7 @@ class HeadsetLoop::Run {
     scenery.scene = picture_->at(ahead, frame.display_time_ns, pair);
     tube_colours_ = scenery.scene.tube_colours;
     add_fingers(scenery.scene.things);
+    scenery.scene.meshes = models_.show(frame.held);
     if (const auto clip = hands_->clip(ahead)) scenery.scene.clips.push_back(*clip);
     if (shows_panel_ && panel_.newest())
       scenery.panel = xr::HangingPanel{panel_.newest(),
@@ -442,9 +461,11 @@ class HeadsetLoop::Run {
   std::unique_ptr<sound::ContactSound> sound_;  ///< created when a finger first touches
   bool was_touching_ = false;
   bool tracking_told_ = false, floor_told_ = false;
-  std::string no_tracking_;
+  std::string no_tracking_, no_models_;
+  bool models_told_ = false;
   std::optional<PlaceCheck> check_;  ///< only with a calibration
   std::unique_ptr<ScenePicture> picture_;
+  HeldModels models_;
   std::vector<TubeColours> tube_colours_;  ///< of the last frame
   SceneSnapshot snapshot_;
   SnapshotAhead ahead_;

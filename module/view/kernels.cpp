@@ -12,6 +12,8 @@
 #include "spirv/view/light_halve.h"
 #include "spirv/view/list.h"
 #include "spirv/view/mark.h"
+#include "spirv/view/mesh_colours.h"
+#include "spirv/view/meshes.h"
 #include "spirv/view/motion_at.h"
 #include "spirv/view/motion_blend.h"
 #include "spirv/view/need.h"
@@ -81,8 +83,14 @@ const vulkan::Kernel& Kernels::carry() {
 const vulkan::Kernel& Kernels::distance(int axis) {
   return get(k_view_distance, sizeof(BricksPush), {uint32_t(axis)});
 }
-const vulkan::Kernel& Kernels::things() {
-  return get(k_view_things, sizeof(ThingsPush));
+const vulkan::Kernel& Kernels::things(int pass) {
+  return get(k_view_things, 0, {uint32_t(pass)});
+}
+const vulkan::Kernel& Kernels::meshes(int pass) {
+  return get(k_view_meshes, 0, {uint32_t(pass)});
+}
+const vulkan::Kernel& Kernels::mesh_colours() {
+  return get(k_view_mesh_colours, 0);
 }
 const vulkan::Kernel& Kernels::light_density(bool texels) {
   return get(k_view_light_density, sizeof(LightDensityPush), {texels ? 1U : 0U});

@@ -31,7 +31,10 @@ class Kernels {
   const vulkan::Kernel& brick(bool moves, bool blends);
   const vulkan::Kernel& carry();
   const vulkan::Kernel& distance(int axis);
-  const vulkan::Kernel& things();
+  /// pass: 0 for depths, 1 for what is at the nearest.
+  const vulkan::Kernel& things(int pass);
+  const vulkan::Kernel& meshes(int pass);
+  const vulkan::Kernel& mesh_colours();
   /// texels: skip words are read as texels.
   const vulkan::Kernel& light_density(bool texels);
   const vulkan::Kernel& light_halve();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "module/scene/look.h"
+#include "module/view/refill.h"
 #include "shaders/interface/view.h"
 
 namespace palpate::view {
@@ -50,10 +51,8 @@ PixelBox pixels_of(const RoundCone& thing, const Eye& eye, PictureSize size, dou
   return {x0, y0, x1 - x0, y1 - y0};
 }
 
-void ThingList::record(vulkan::Recorder& recorder, Kernels& kernels, const Things& things,
-                       std::span<const Eye> eyes, PictureSize size, double near_m,
-                       const vulkan::Buffer& parameters, const vulkan::Buffer& depth,
-                       const vulkan::Buffer& colour) {
+void ThingList::show(const Things& things, std::span<const Eye> eyes, PictureSize size,
+                     double near_m) {
   std::vector<ViewThing> packed;
   std::vector<glm::uvec4> items;
   for (const RoundCone& thing : things) {
@@ -72,21 +71,17 @@ void ThingList::record(vulkan::Recorder& recorder, Kernels& kernels, const Thing
     packed.push_back({glm::vec4(thing.from, thing.from_radius_m),
                       glm::vec4(thing.to, thing.to_radius_m), glm::vec4(linear, 1.0F)});
   }
-  recorder.fill(depth, ~0U);
-  if (items.empty()) return;
-  recorder.fill(colour, 0);
-  // Half as much again, so that one or two more tubes need no new buffer.
-  if (things_.bytes() < packed.size() * sizeof(ViewThing))
-    things_ = vulkan::Buffer(context_, packed.size() * 3 / 2 * sizeof(ViewThing) + 4096,
-                             vulkan::Buffer::Kind::kFilledByHost);
-  if (items_.bytes() < items.size() * sizeof(glm::uvec4))
-    items_ = vulkan::Buffer(context_, items.size() * 3 / 2 * sizeof(glm::uvec4) + 4096,
-                            vulkan::Buffer::Kind::kFilledByHost);
-  std::copy(packed.begin(), packed.end(), things_.as<ViewThing>().begin());
-  std::copy(items.begin(), items.end(), items_.as<glm::uvec4>().begin());
-  for (int pass = 0; pass < 2; ++pass)
-    recorder.dispatch(kernels.things(), {parameters, things_, items_, depth, colour},
-                      ThingsPush{glm::ivec4(pass, 0, 0, 0)}, {int(items.size()), 1, 1});
+  item_count_ = int(items.size());
+  refill(context_, packed, things_);
+  refill(context_, items, items_);
+}
+
+void ThingList::record(vulkan::Recorder& recorder, Kernels& kernels, int pass,
+                       const vulkan::Buffer& parameters, const vulkan::Buffer& depth,
+                       const vulkan::Buffer& colour) const {
+  if (item_count_ == 0) return;
+  recorder.dispatch(kernels.things(pass), {parameters, things_, items_, depth, colour}, nullptr,
+                    {item_count_, 1, 1});
 }
 
 }  // namespace palpate::view

@@ -24,15 +24,17 @@ class ThingList {
  public:
   explicit ThingList(std::shared_ptr<vulkan::Context> context) : context_(std::move(context)) {}
 
-  /// Records the passes that draw the things into depth and colour, which are cleared first.
-  void record(vulkan::Recorder& recorder, Kernels& kernels, const Things& things,
-              std::span<const Eye> eyes, PictureSize size, double near_m,
+  /// What the next picture shows; the picture before must have ended.
+  void show(const Things& things, std::span<const Eye> eyes, PictureSize size, double near_m);
+  /// Records a pass of things.comp.
+  void record(vulkan::Recorder& recorder, Kernels& kernels, int pass,
               const vulkan::Buffer& parameters, const vulkan::Buffer& depth,
-              const vulkan::Buffer& colour);
+              const vulkan::Buffer& colour) const;
 
  private:
   std::shared_ptr<vulkan::Context> context_;
   vulkan::Buffer things_, items_;
+  int item_count_ = 0;  ///< of the next picture
 };
 
 }  // namespace palpate::view

@@ -7,6 +7,7 @@
 #include "module/scene/look.h"
 #include "module/scene/moving_volume.h"
 #include "module/scene/transform.h"
+#include "module/view/mesh.h"
 #include "module/view/things.h"
 
 namespace palpate {
@@ -43,6 +44,7 @@ std::vector<ClipPlane> clip_box(const Transform& world_from_box, glm::dvec3 low_
 struct ViewScene {
   std::vector<ViewVolume> volumes;        ///< at most 4
   std::vector<RoundCone> things;          ///< opaque, world; see things.h
+  std::vector<PlacedMesh> meshes;         ///< opaque; like things in all that follows
   std::vector<ClipPlane> clips;           ///< at most 8, all hold; they clip volumes, not things
   std::vector<TubeColours> tube_colours;  ///< of things; the renderer does not read them
   /// A gradient from the top to the bottom of the first eye's picture; other eyes continue it.

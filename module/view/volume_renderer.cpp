@@ -6,6 +6,7 @@
 #include "compute/vulkan/tried.h"
 #include "module/view/kernels.h"
 #include "module/view/light_grid.h"
+#include "module/view/mesh_list.h"
 #include "module/view/parameters.h"
 #include "module/view/shown_volume.h"
 #include "module/view/thing_list.h"
@@ -73,6 +74,7 @@ VolumeRenderer::VolumeRenderer(std::shared_ptr<vulkan::Context> context,
       options_(options),
       kernels_(std::make_unique<view::Kernels>(context_)),
       things_(std::make_unique<view::ThingList>(context_)),
+      meshes_(std::make_unique<view::MeshList>(context_)),
       light_(std::make_unique<view::LightGrid>(context_, *kernels_)),
       looks_(kMostVolumes) {
   const uint64_t pixels =
@@ -254,6 +256,9 @@ Status VolumeRenderer::start(const ViewScene& scene, std::span<const Eye> eyes, 
     return refused("shadows must be from 0 to 1");
   if (scene.clips.size() > size_t(kMostPlanes))
     return refused("it has more than " + std::to_string(kMostPlanes) + " clip planes");
+  if (std::any_of(scene.meshes.begin(), scene.meshes.end(),
+                  [](const PlacedMesh& placed) { return !placed.mesh; }))
+    return refused("one of its meshes is missing");
   for (const ViewVolume& volume : scene.volumes) {
     if (!shown_of(volume)) return refused("one of its volumes was not given to set_volumes");
     if (const Status status = check(volume.look); !status) return status.error();
@@ -278,7 +283,12 @@ Status VolumeRenderer::prepare(const ViewScene& scene, std::span<const Eye> eyes
         VisiblePixels{size, int(eyes.size()), std::vector<uint64_t>(eyes.size(), ~uint64_t(0))});
   }
   if (const Status started = start(scene, eyes, size, std::move(all)); !started) return started;
-  return wait();
+  if (const Status waited = wait(); !waited) return waited;
+  // A scene may have no meshes yet.
+  return tried([&] {
+    for (const int pass : {0, 1}) (void)kernels_->meshes(pass);
+    (void)kernels_->mesh_colours();
+  });
 }
 
 double VolumeRenderer::thin_per_mm(const view::ResidentVolume& resident) const {
@@ -352,10 +362,18 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
   }
   upload_visible();
   recorder.stamp("volumes");
-  const bool things = !scene.things.empty();
-  if (things)
-    things_->record(recorder, *kernels_, scene.things, eyes, size, options_.near_m, parameters_,
-                    thing_depth_, thing_colour_);
+  const bool things = !scene.things.empty() || !scene.meshes.empty();
+  if (things) {
+    recorder.fill(thing_depth_, ~0U);
+    recorder.fill(thing_colour_, 0);
+    meshes_->show(scene.meshes, size, eyes_);
+    things_->show(scene.things, eyes, size, options_.near_m);
+    for (const int pass : {0, 1}) {
+      meshes_->record(recorder, *kernels_, pass, parameters_, thing_depth_);
+      things_->record(recorder, *kernels_, pass, parameters_, thing_depth_, thing_colour_);
+    }
+    meshes_->record_colours(recorder, *kernels_, parameters_, thing_colour_);
+  }
   std::vector<vulkan::Binding> bindings{parameters_,   colour_texels_, skip_texels_, thing_depth_,
                                         thing_colour_, colour_,        depth_,       samples_};
   for (size_t v = 0; v < size_t(kMostVolumes); ++v)

@@ -18,6 +18,7 @@ namespace palpate {
 namespace view {
 class Kernels;
 class LightGrid;
+class MeshList;
 class ShownVolume;
 class ThingList;
 struct LookTables;
@@ -119,6 +120,7 @@ class VolumeRenderer {
   RendererOptions options_;
   std::unique_ptr<view::Kernels> kernels_;
   std::unique_ptr<view::ThingList> things_;
+  std::unique_ptr<view::MeshList> meshes_;
   std::unique_ptr<view::LightGrid> light_;
   bool light_is_old_ = true;  ///< phases or looks have changed since it was made
   std::vector<std::shared_ptr<const view::ResidentVolume>> residents_;

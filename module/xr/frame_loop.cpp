@@ -68,13 +68,17 @@ Done FrameLoop::fill(const FrameParts& parts, const XrFrameState& state, Layer& 
                                                  parts.colocation.world_from_base());
   if (!read) return read.error();
   hands = *read;
+  frame.hands = &hands;
   // Like all that hands do: at rest while the input goes elsewhere.
   if (hands.focused) {
     const Done seen = parts.tracking.read(parts.spaces.base(), time,
                                           parts.colocation.world_from_base(), hands.fingers);
     if (!seen) return seen.error();
+    auto held = parts.models.read(parts.session, parts.spaces.base(), time,
+                                  parts.colocation.world_from_base());
+    if (!held) return held.error();
+    frame.held = std::move(*held);
   }
-  frame.hands = &hands;
   if (!state.shouldRender) return Nothing{};
 
   Done ready = prepare(parts);

@@ -8,6 +8,7 @@
 #include "module/xr/frame_commands.h"
 #include "module/xr/hand_tracking.h"
 #include "module/xr/panel_layer.h"
+#include "module/xr/render_models.h"
 #include "module/xr/spaces.h"
 #include "module/xr/swapchains.h"
 #include "module/xr/visibility.h"
@@ -22,6 +23,7 @@ struct FrameParts {
   const Spaces& spaces;
   Actions& actions;
   HandTracking& tracking;
+  RenderModels& models;
   Colocation& colocation;
   PictureSource& source;
   XrEnvironmentBlendMode blend;

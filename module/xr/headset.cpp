@@ -140,6 +140,8 @@ void Headset::Story::take(const Round& round) {
   report.main_visible = live->main_visible();
   report.hand_tracking = live->bare_hands();
   report.no_hand_tracking = live->tracking().refused();
+  report.controller_models = live->models().works();
+  report.no_controller_models = live->models().refused();
   report.no_panel = call_text(live->no_panel());
   report.display = live->display();
 }

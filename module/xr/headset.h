@@ -64,7 +64,9 @@ struct Report {
   bool see_through = false;
   /// Hands without controllers are looked for by their joints, or one is the runtime's input now.
   bool hand_tracking = false;
-  std::string no_hand_tracking;  ///< the call that was refused for them; empty: none
+  std::string no_hand_tracking;      ///< the call that was refused for them; empty: none
+  bool controller_models = false;    ///< the runtime gives the shapes of its controllers
+  std::string no_controller_models;  ///< the call that was refused for them; empty: none
   /// The call that was refused for what hangs beside the picture; empty: none.
   std::string no_panel;
   DisplayRate display;

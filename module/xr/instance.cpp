@@ -4,8 +4,6 @@
 #include <cstring>
 #include <vector>
 
-#include "module/xr/newer_openxr.h"
-
 namespace palpate::xr {
 namespace {
 
@@ -68,6 +66,9 @@ Outcome<Instance> Instance::make(bool overlay) {
   made.hand_interaction_ = want(kHandInteractionExtension);
   made.quad_views_ = want(XR_VARJO_QUAD_VIEWS_EXTENSION_NAME);
   made.foveation_ = made.quad_views_ && want(XR_VARJO_FOVEATED_RENDERING_EXTENSION_NAME);
+  const bool models = offers(*offered, kUuidExtension) && offers(*offered, kRenderModelExtension) &&
+                      want(kInteractionRenderModelExtension);
+  if (models) wanted.insert(wanted.end(), {kUuidExtension, kRenderModelExtension});
   want(kLocalFloorExtension);  // its space is one of those that xrEnumerateReferenceSpaces gives
 
   XrInstanceCreateInfo create{XR_TYPE_INSTANCE_CREATE_INFO};
@@ -88,7 +89,8 @@ Outcome<Instance> Instance::make(bool overlay) {
                   std::to_string(XR_VERSION_MAJOR(properties.runtimeVersion)) + "." +
                   std::to_string(XR_VERSION_MINOR(properties.runtimeVersion)) + "." +
                   std::to_string(XR_VERSION_PATCH(properties.runtimeVersion));
-  const Done loaded = made.load_functions(clock, mask, hands, rates);
+  Done loaded = made.load_functions(clock, mask, hands, rates);
+  if (loaded && models) loaded = made.load_models();
   if (!loaded) return loaded.error();
   return made;
 }
@@ -108,6 +110,21 @@ Done Instance::load_functions(bool clock, bool mask, bool hands, bool rates) {
   if (loaded && rates) loaded = load(handle(), "xrGetDisplayRefreshRateFB", get_refresh_rate);
   if (loaded && rates)
     loaded = load(handle(), "xrRequestDisplayRefreshRateFB", request_refresh_rate);
+  return loaded;
+}
+
+Done Instance::load_models() {
+  ModelFunctions& f = models;
+  Done loaded = load(handle(), "xrCreateRenderModelEXT", f.create);
+  if (loaded) loaded = load(handle(), "xrDestroyRenderModelEXT", f.destroy);
+  if (loaded) loaded = load(handle(), "xrGetRenderModelPropertiesEXT", f.get_properties);
+  if (loaded) loaded = load(handle(), "xrCreateRenderModelSpaceEXT", f.create_space);
+  if (loaded) loaded = load(handle(), "xrGetRenderModelStateEXT", f.get_state);
+  if (loaded) loaded = load(handle(), "xrCreateRenderModelAssetEXT", f.create_asset);
+  if (loaded) loaded = load(handle(), "xrDestroyRenderModelAssetEXT", f.destroy_asset);
+  if (loaded) loaded = load(handle(), "xrGetRenderModelAssetDataEXT", f.get_asset_data);
+  if (loaded) loaded = load(handle(), "xrGetRenderModelAssetPropertiesEXT", f.get_asset_properties);
+  if (loaded) loaded = load(handle(), "xrEnumerateInteractionRenderModelIdsEXT", f.enumerate_ids);
   return loaded;
 }
 

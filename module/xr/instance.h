@@ -12,6 +12,7 @@
 #include <type_traits>
 
 #include "module/xr/call.h"
+#include "module/xr/newer_openxr.h"
 
 namespace palpate::xr {
 
@@ -72,9 +73,11 @@ class Instance {
   PFN_xrEnumerateDisplayRefreshRatesFB enumerate_refresh_rates = nullptr;  ///< the same
   PFN_xrGetDisplayRefreshRateFB get_refresh_rate = nullptr;
   PFN_xrRequestDisplayRefreshRateFB request_refresh_rate = nullptr;
+  ModelFunctions models;
 
  private:
   Done load_functions(bool clock, bool mask, bool hands, bool rates);
+  Done load_models();
 
   XrHandle<XrInstance, xrDestroyInstance> handle_;
   std::string runtime_;

@@ -60,6 +60,7 @@ LiveSession::LiveSession(const Instance& instance, const System& system, Colocat
       spaces_(std::move(spaces)),
       actions_(std::move(actions)),
       tracking_(std::move(tracking)),
+      models_(instance),
       refresh_(std::move(refresh)),
       loop_(std::move(loop)),
       blend_(blend),
@@ -71,7 +72,7 @@ Outcome<Round> LiveSession::round(PictureSource& source) {
   if (!duty) return duty.error();
   round.duty = *duty;
   if (*duty != Duty::kNone || !session_.life().running()) return round;
-  const auto frame = loop_.run({instance_, system_, session_, spaces_, actions_, tracking_,
+  const auto frame = loop_.run({instance_, system_, session_, spaces_, actions_, tracking_, models_,
                                 colocation_, source, blend_, see_through()});
   if (!frame) return frame.error();
   round.framed = true;
@@ -94,6 +95,7 @@ Outcome<Duty> LiveSession::poll() {
 }
 
 Outcome<Duty> LiveSession::obey(const XrEventDataBuffer& event) {
+  if (event.type == kModelsChangedEvent) models_.changed();
   switch (event.type) {
     case XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED: {
       const auto changed = as<XrEventDataSessionStateChanged>(event);
@@ -110,6 +112,8 @@ Outcome<Duty> LiveSession::obey(const XrEventDataBuffer& event) {
       return Duty::kNone;
     }
     case XR_TYPE_EVENT_DATA_INTERACTION_PROFILE_CHANGED: {
+      // Some runtimes do not say that their models have changed with it.
+      models_.changed();
       const Done asked = actions_.ask_profiles(instance_, session_);
       if (!asked) return asked.error();
       return Duty::kNone;

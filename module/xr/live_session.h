@@ -36,6 +36,7 @@ class LiveSession {
   bool main_visible() const { return main_visible_; }
   const HandTracking& tracking() const { return tracking_; }
   bool bare_hands() const { return tracking_.works() || actions_.bare_hands(); }
+  const RenderModels& models() const { return models_; }
   const DisplayRate& display() const { return refresh_.rate(); }
   const Problem& no_panel() const { return loop_.no_panel(); }
 
@@ -54,6 +55,7 @@ class LiveSession {
   Spaces spaces_;
   Actions actions_;
   HandTracking tracking_;
+  RenderModels models_;
   RefreshRate refresh_;
   FrameLoop loop_;
   XrEnvironmentBlendMode blend_;

@@ -10,6 +10,7 @@
 #include "compute/vulkan/context.h"
 #include "module/view/picture.h"
 #include "module/xr/hands.h"
+#include "module/xr/held_model.h"
 #include "module/xr/pose.h"
 
 namespace palpate::xr {
@@ -52,6 +53,8 @@ struct HeadsetFrame {
   /// angle, that one too. At most 4.
   std::vector<EyeView> eyes;
   const Hands* hands = nullptr;  ///< never null; at the display time
+  /// The controllers' shapes, where the runtime gives them; none while it gives no input.
+  std::vector<HeldModel> held;
   Target color;
   Target depth;  ///< image is null where the runtime takes no depth
 };

@@ -101,10 +101,22 @@ PALPATE_SIZE(ViewThing, 48);
 // edge length of the part of a picture that a workgroup draws
 PALPATE_CONSTANT int kItemPixels = 64;
 
-struct ThingsPush {
-  ivec4 pass;  // x: 0 depth, 1 colour
+struct MeshVertex {
+  vec4 at;       // of the mesh, m
+  vec4 normal;   // of any length
+  vec4 texture;  // x, y: 0 to 1 from the texture's upper left corner
 };
-PALPATE_SIZE(ThingsPush, 16);
+PALPATE_SIZE(MeshVertex, 48);
+
+// A mesh where it is now.
+struct MeshPart {
+  vec4 world_from_mesh[3];  // rows: world = row . (place, 1)
+  ivec4 first;              // triangle, vertex
+  ivec4 texture;            // first texel, width, height, levels; width 0: none
+  vec4 colour;              // linear
+};
+PALPATE_SIZE(MeshPart, 96);
+PALPATE_CONSTANT int kItemTriangles = 64;  // that a workgroup draws
 
 struct PrefilterPush {
   ivec4 size;

@@ -16,7 +16,7 @@
 // 3        in out     uint               eyes x h x w         bits of the depth t, m; ~0 none
 // 4        in out     uint               the same             colour, sRGB, and coverage, RGBA8; 0 none
 //
-// A workgroup is an item: a rectangle of at most 64 x 64 pixels of one eye; its invocations share the pixels. pass 0:
+// A workgroup is an item: a rectangle of at most 64 x 64 pixels of one eye; its invocations share the pixels. kPass 0:
 // the nearest depth, by an atomic minimum on the bits, which have the order of positive floats. 1: the colour, where
 // the depth is the nearest one, to 1e-6 of it. Where several bodies are, as where edges of a box meet, that with the
 // most coverage remains, then that with the most blue, green, red: an atomic maximum on the bits. So the order of
@@ -28,7 +28,7 @@ layout(set = 0, binding = 1) readonly buffer Things { ViewThing things[]; };
 layout(set = 0, binding = 2) readonly buffer Items { uvec4 items[]; };
 layout(set = 0, binding = 3) buffer Depth { uint depth[]; };
 layout(set = 0, binding = 4) buffer Colour { uint colour[]; };
-layout(push_constant) uniform Push { ThingsPush push; };
+layout(constant_id = 0) const int kPass = 0;
 
 const float kNone = 3e38;
 
@@ -81,25 +81,7 @@ vec4 nearest_sphere(vec3 p, vec3 a, float ra, vec3 b, float rb) {
   return vec4(a + h * axis, mix(ra, rb, h));
 }
 
-vec3 encoded(vec3 c) {
-  c = clamp(c, 0.0, 1.0);
-  return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, greaterThan(c, vec3(0.0031308)));
-}
-
-uint shaded(ViewThing thing, vec3 way, vec3 at, vec3 normal, float covered) {
-  const vec3 towards_eye = -normalize(way);
-  const vec3 light = view.light.xyz;
-  const float facing = max(dot(normal, towards_eye), 0.0);
-  const float diffuse = max(0.35 + 0.65 * dot(normal, light), 0.0);
-  float shine = max(dot(normal, normalize(light + towards_eye)), 0.0);
-  shine *= shine;
-  shine *= shine;
-  shine *= shine;
-  shine *= shine;
-  shine *= shine;
-  const vec3 lit = thing.colour.rgb * (0.30 + 0.55 * diffuse + 0.25 * facing) + 0.22 * shine;
-  return packUnorm4x8(vec4(encoded(lit), covered));
-}
+#include "include/lit_thing.glsl"
 
 void main() {
   const uvec4 item = items[gl_WorkGroupID.x];
@@ -125,14 +107,14 @@ void main() {
     const float covered = clamp(0.5 + deep / (2.0 * apart), 0.0, 1.0);
     if (!met || covered < 0.03) continue;
     const uint place = uint(pixel.x + view.counts.z * (pixel.y + view.counts.w * int(item.y)));
-    if (push.pass.x == 0) {
+    if (kPass == 0) {
       atomicMin(depth[place], floatBitsToUint(t));
     } else if (t <= uintBitsToFloat(depth[place]) * (1.0 + 1e-6)) {
       const vec3 at = t * way;
       const vec4 sphere = nearest_sphere(at, a, thing.from.w, b, thing.to.w);
       const vec3 outward = at - sphere.xyz;
       const vec3 normal = outward * inversesqrt(max(dot(outward, outward), 1e-20));
-      atomicMax(colour[place], shaded(thing, way, at, normal, covered));
+      atomicMax(colour[place], shaded(thing.colour.rgb, way, normal, covered));
     }
   }
 }

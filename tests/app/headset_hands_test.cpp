@@ -79,6 +79,8 @@ class HandsInAHeadset : public InAHeadset {
     // Here and not earlier: every program that is started would read it.
     headset.emplace();
     headset->say(std::string("profile ") + kTouch);
+    // The pictures are measured: no controller is to hide a part of the heart.
+    headset->say("without XR_EXT_interaction_render_model");
     headset->say("pictures on");
     headset->say(std::string("view ") + view);
     headset->say(fmt::format("rate {}", rate_hz));

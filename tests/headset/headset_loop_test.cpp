@@ -223,6 +223,71 @@ TEST_F(HostWithHeadset, HearsOnceWhichRateTheDisplayHasAndEachChangeByTheRuntime
   EXPECT_EQ(times_said("stays as it is"), 1);
 }
 
+TEST_F(HostWithHeadset, SeesItsControllersOrHearsOnceWhyNot) {
+  const auto times_said = [&](const std::string& what) {
+    return std::count_if(events.begin(), events.end(), [&](const HeadsetEvent& event) {
+      return event.sentence.find(what) != std::string::npos;
+    });
+  };
+  // Pixels of the green trigger, in both eyes; nothing else is green.
+  const auto green = [&] {
+    int found = 0;
+    for (const test::fake::Picture& picture : control().pictures())
+      for (const auto& light : picture.light)
+        found += light[1] > 0.1F && light[1] > 4.0F * std::max(light[0], light[2]);
+    return found;
+  };
+  const auto prepare = [&] {
+    if (loop) loop.reset();
+    events.clear();
+    control().reset();
+    control().setup().keep_pictures = true;
+    control().setup().view_width = 320;
+    control().setup().view_height = 240;
+    control().script_hand(1, [](XrTime) { return XrPosef{{0, 0, 0, 1}, {0.1F, 1.65F, -0.3F}}; });
+  };
+  const auto frames_pass = [&] {
+    const uint64_t frames = control().frames();
+    return until([&] { return control().frames() > frames + 5; });
+  };
+  prepare();
+  start_loop({}, true);
+  ASSERT_TRUE(until([&] { return green() > 4; }));
+  // Pressed into the grip it is not seen.
+  control().setup().trigger_y = 0.0F;
+  ASSERT_TRUE(until([&] { return green() == 0; }));
+  EXPECT_EQ(times_said("drawn"), 0);
+
+  prepare();
+  std::erase(control().setup().extensions, "XR_EXT_interaction_render_model");
+  start_loop({}, true);
+  ASSERT_TRUE(until([&] { return times_said("(XR_EXT_interaction_render_model)") > 0; }));
+  ASSERT_TRUE(until([&] { return control().last_frame().layers > 0; }));
+  ASSERT_TRUE(frames_pass());
+  EXPECT_EQ(times_said("Controllers are not drawn"), 1);
+  EXPECT_EQ(green(), 0);
+
+  prepare();
+  control().setup().model = {1, 2, 3};
+  start_loop({}, true);
+  ASSERT_TRUE(until(
+      [&] { return times_said("A controller is not drawn. The model can not be read") > 0; }));
+  ASSERT_TRUE(until([&] { return control().last_frame().layers > 0; }));
+  ASSERT_TRUE(frames_pass());
+  EXPECT_EQ(times_said("A controller is not drawn"), 1) << "of both for the same reason";
+
+  prepare();
+  control().inject_always("xrCreateRenderModelEXT", XR_ERROR_LIMIT_REACHED);
+  start_loop({.details = true}, true);
+  ASSERT_TRUE(until([&] {
+    return times_said(
+               "The runtime does not give the shapes of its controllers: "
+               "xrCreateRenderModelEXT returned -10.") > 0;
+  }));
+  ASSERT_TRUE(frames_pass());
+  EXPECT_EQ(times_said("controllers"), 1);
+}
+
 TEST_F(HostWithHeadset, HearsThatTheHeadsetShowsNoRoom) {
   control().setup().blend_modes = {XR_ENVIRONMENT_BLEND_MODE_OPAQUE};
   start_loop({.pass_through = true}, false);

@@ -33,6 +33,7 @@ only 'compute/(motion|vulkan)' 'compute/motion/|compute/vulkan/|module/view/|mod
 only 'compute/motion' 'compute/motion/|module/session/|integration/|tests/' compute module integration tests
 only 'libusb' 'integration/devices/|tests/devices/' compute module integration tests
 only 'openssl|qrencode' 'integration/web/|tests/web/' compute module integration tests
+only 'tiny_gltf' 'integration/headset/' compute module integration tests
 only 'boost' 'integration/devices/|integration/web/|tests/devices/|tests/web/' compute module integration tests
 only 'shaders/interface' 'compute/motion/|module/view/|tests/' compute module integration tests
 only 'vtk' 'integration/toolkit/vtk/|tests/toolkit/vtk/|tests/lab/bench/|tests/files/vtk_lines_test' compute module integration tests

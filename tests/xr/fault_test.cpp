@@ -38,6 +38,10 @@ std::vector<Row> table() {
   const Errors system{XR_ERROR_SYSTEM_INVALID};
   const Errors small{XR_ERROR_SIZE_INSUFFICIENT};
   const Errors graphics = kOfInstance + kMaking + system + Errors{XR_ERROR_FUNCTION_UNSUPPORTED};
+  const Errors model{XR_ERROR_FUNCTION_UNSUPPORTED, XR_ERROR_OUT_OF_MEMORY};
+  // Of XR_EXT_render_model, which Debian 12's headers lack.
+  constexpr auto kModelIdInvalid = XrResult(-1000300000), kAssetUnavailable = XrResult(-1000300001),
+                 kGltfExtensionRequired = XrResult(-1000300002);
   const Errors action{XR_ERROR_PATH_UNSUPPORTED, XR_ERROR_PATH_INVALID,
                       XR_ERROR_ACTION_TYPE_MISMATCH, XR_ERROR_ACTIONSET_NOT_ATTACHED};
   return {
@@ -129,6 +133,19 @@ std::vector<Row> table() {
       {"xrRequestDisplayRefreshRateFB",
        kOfSession + Errors{XR_ERROR_FUNCTION_UNSUPPORTED, XR_ERROR_FEATURE_UNSUPPORTED,
                            XR_ERROR_DISPLAY_REFRESH_RATE_UNSUPPORTED_FB}},
+      {"xrEnumerateInteractionRenderModelIdsEXT",
+       kOfSession + small + Errors{XR_ERROR_FUNCTION_UNSUPPORTED, XR_ERROR_OUT_OF_MEMORY}},
+      {"xrCreateRenderModelEXT",
+       kOfSession + kMaking +
+           Errors{XR_ERROR_FUNCTION_UNSUPPORTED, kModelIdInvalid, kGltfExtensionRequired}},
+      {"xrDestroyRenderModelEXT", {XR_ERROR_HANDLE_INVALID, XR_ERROR_FUNCTION_UNSUPPORTED}},
+      {"xrGetRenderModelPropertiesEXT", kOfSession + model},
+      {"xrCreateRenderModelSpaceEXT", kOfSession + kMaking + model},
+      {"xrGetRenderModelStateEXT", kOfSession + model + Errors{XR_ERROR_TIME_INVALID}},
+      {"xrCreateRenderModelAssetEXT", kOfSession + kMaking + model + Errors{kAssetUnavailable}},
+      {"xrDestroyRenderModelAssetEXT", {XR_ERROR_HANDLE_INVALID, XR_ERROR_FUNCTION_UNSUPPORTED}},
+      {"xrGetRenderModelAssetDataEXT", kOfSession + small + model},
+      {"xrGetRenderModelAssetPropertiesEXT", kOfSession + model},
       {"xrEndFrame", kOfSession + Errors{XR_ERROR_CALL_ORDER_INVALID, XR_ERROR_LAYER_INVALID,
                                          XR_ERROR_POSE_INVALID, XR_ERROR_LAYER_LIMIT_EXCEEDED,
                                          XR_ERROR_SWAPCHAIN_RECT_INVALID,

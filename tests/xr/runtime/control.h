@@ -13,9 +13,14 @@
 
 /// The interface of a test to the fault-injecting OpenXR runtime in the same process. The runtime
 /// is a shared library that the OpenXR loader finds by XR_RUNTIME_JSON. Another program (hello_xr),
-/// which does not use this header, gets the defaults and the environment variables
-/// PALPATE_FAKE_XR_FRAMES (the session ends after so many), _QUAD_VIEWS (there are such), _REPORT
-/// (a file for the report at the end), _REAL_TIME and _REMOTE (see remote.h).
+/// which does not use this header, gets the defaults and these
+/// environment variables:
+///   PALPATE_FAKE_XR_FRAMES      the session ends after so many
+///   PALPATE_FAKE_XR_QUAD_VIEWS  there are such
+///   PALPATE_FAKE_XR_MODEL       a file with the controllers' shape, a binary glTF
+///   PALPATE_FAKE_XR_WITHOUT     an extension that is not offered
+///   PALPATE_FAKE_XR_REPORT      a file for the report at the end
+///   PALPATE_FAKE_XR_REAL_TIME, PALPATE_FAKE_XR_REMOTE   see remote.h
 namespace palpate::test::fake {
 
 /// XR_REFERENCE_SPACE_TYPE_LOCAL_FLOOR_EXT, which is not in Debian 12's headers.
@@ -58,6 +63,11 @@ struct Setup {
   bool keep_pictures = false;  ///< read the projection layer back at xrEndFrame
   bool sees_hands = true;      ///< the headset has hand tracking
   bool tracked = true;         ///< false: poses are not valid
+  /// The shape of either controller, a binary glTF of which the node "trigger" is told to move: to
+  /// this height in the grip, m.
+  std::vector<uint8_t> model;
+  float trigger_y = -0.04F;
+  bool shows_trigger = true;
   /// The smallest supported Vulkan 1.x.
   uint32_t vulkan_minor = 0;
   /// Requests the end of the session after so many frames; 0: never.
@@ -142,6 +152,8 @@ class Control {
   virtual void lose_session() = 0;
   /// The runtime changes the display's rate by itself.
   virtual void change_rate(double hz) = 0;
+  /// An event: other controllers are held.
+  virtual void change_models() = 0;
   virtual void push_event(const XrEventDataBuffer& event) = 0;
   virtual XrSession session() const = 0;  ///< the newest, or null
   virtual XrSessionState state() const = 0;

@@ -2,6 +2,7 @@
 #include <string>
 #include <unordered_map>
 
+#include "tests/xr/runtime/models.h"
 #include "tests/xr/runtime/negotiation.h"
 #include "tests/xr/runtime/world.h"
 
@@ -187,6 +188,16 @@ const Entry kEntries[] = {
     PALPATE_ENTRY(CreateHandTrackerEXT),
     PALPATE_ENTRY(DestroyHandTrackerEXT),
     PALPATE_ENTRY(LocateHandJointsEXT),
+    PALPATE_ENTRY(EnumerateInteractionRenderModelIdsEXT),
+    PALPATE_ENTRY(CreateRenderModelEXT),
+    PALPATE_ENTRY(DestroyRenderModelEXT),
+    PALPATE_ENTRY(GetRenderModelPropertiesEXT),
+    PALPATE_ENTRY(CreateRenderModelSpaceEXT),
+    PALPATE_ENTRY(GetRenderModelStateEXT),
+    PALPATE_ENTRY(CreateRenderModelAssetEXT),
+    PALPATE_ENTRY(DestroyRenderModelAssetEXT),
+    PALPATE_ENTRY(GetRenderModelAssetDataEXT),
+    PALPATE_ENTRY(GetRenderModelAssetPropertiesEXT),
     PALPATE_ENTRY(EnumerateDisplayRefreshRatesFB),
     PALPATE_ENTRY(GetDisplayRefreshRateFB),
     PALPATE_ENTRY(RequestDisplayRefreshRateFB),

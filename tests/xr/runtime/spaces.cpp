@@ -25,6 +25,8 @@ std::optional<XrPosef> place(const Space& space, XrTime time, XrSpaceLocationFla
   if (space.hand < 0) return std::nullopt;
   const auto* session = w.find<Session>(Kind::kSession, space.parent);
   if (!session->synced || session->state != XR_SESSION_STATE_FOCUSED) return std::nullopt;
+  if (space.is_model)
+    return w.hands[space.hand] ? std::optional(w.hands[space.hand](time)) : std::nullopt;
   const char* side = space.hand == 0 ? "/user/hand/left" : "/user/hand/right";
   const auto parts =
       bound_parts(*w.find<Action>(Kind::kAction, space.action), w.path_numbers.at(side));

@@ -8,7 +8,10 @@
 #include <fstream>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <iterator>
 #include <thread>
+
+#include "tests/xr/made_glb.h"
 
 namespace palpate::test::fake {
 namespace {
@@ -30,6 +33,9 @@ Setup defaults() {
                       "XR_EXT_local_floor",
                       "XR_EXT_hand_interaction",
                       XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME,
+                      "XR_EXT_uuid",
+                      "XR_EXT_render_model",
+                      "XR_EXT_interaction_render_model",
                       XR_VARJO_QUAD_VIEWS_EXTENSION_NAME,
                       XR_VARJO_FOVEATED_RENDERING_EXTENSION_NAME};
   setup.formats = {VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_R8G8B8A8_UNORM,
@@ -38,7 +44,14 @@ Setup defaults() {
                   XR_REFERENCE_SPACE_TYPE_STAGE, kLocalFloor,
                   XR_REFERENCE_SPACE_TYPE_COMBINED_EYE_VARJO};
   setup.blend_modes = {XR_ENVIRONMENT_BLEND_MODE_OPAQUE, XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND};
+  setup.model = made_controller();
   // For programs that do not use Control.
+  if (const char* without = std::getenv("PALPATE_FAKE_XR_WITHOUT"))
+    std::erase(setup.extensions, without);
+  if (const char* path = std::getenv("PALPATE_FAKE_XR_MODEL")) {
+    std::ifstream file(path, std::ios::binary);
+    setup.model.assign(std::istreambuf_iterator<char>(file), {});
+  }
   if (const char* frames = std::getenv("PALPATE_FAKE_XR_FRAMES"))
     setup.end_after_frames = uint64_t(std::atoll(frames));
   setup.quad_views = std::getenv("PALPATE_FAKE_XR_QUAD_VIEWS") != nullptr;
@@ -77,8 +90,9 @@ Control& control() {
 }
 
 const char* name(Kind kind) {
-  constexpr const char* kNames[] = {"instance",   "session", "space",       "swapchain",
-                                    "action set", "action",  "hand tracker"};
+  constexpr const char* kNames[] = {"instance",     "session",      "space",
+                                    "swapchain",    "action set",   "action",
+                                    "hand tracker", "render model", "render model asset"};
   return kNames[size_t(kind)];
 }
 
@@ -225,6 +239,12 @@ void World::change_rate(double hz) {
   XrEventDataBuffer buffer{XR_TYPE_EVENT_DATA_BUFFER};
   std::memcpy(&buffer, &changed, sizeof changed);
   if (enabled(XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME)) events.push_back(buffer);
+}
+
+void World::change_models() {
+  const std::lock_guard lock(mutex);
+  XrEventDataBuffer buffer{XrStructureType(1000301002)};
+  if (enabled("XR_EXT_interaction_render_model")) events.push_back(buffer);
 }
 
 void World::recentre(XrReferenceSpaceType space, XrTime at, const XrPosef& pose, bool say_pose) {

@@ -19,7 +19,17 @@
 /// The state of the runtime. One lock for everything: calls may come from several threads.
 namespace palpate::test::fake {
 
-enum class Kind { kInstance, kSession, kSpace, kSwapchain, kActionSet, kAction, kHandTracker };
+enum class Kind {
+  kInstance,
+  kSession,
+  kSpace,
+  kSwapchain,
+  kActionSet,
+  kAction,
+  kHandTracker,
+  kRenderModel,
+  kRenderModelAsset
+};
 const char* name(Kind kind);
 
 /// Handles are numbers that are never reused, so that a stale one is detected.
@@ -73,6 +83,7 @@ struct Space : Object {
   XrPosef offset{};
   uint64_t action = 0;
   int hand = -1;
+  bool is_model = false;  ///< of that hand's controller
 };
 
 struct Swapchain : Object {
@@ -92,6 +103,12 @@ struct ActionSet : Object {
 struct HandTracker : Object {
   int hand = 0;
 };
+
+struct RenderModel : Object {
+  int hand = 0;
+};
+
+struct RenderModelAsset : Object {};
 
 struct Action : Object {
   std::string name;
@@ -129,6 +146,7 @@ class World : public Control {
   void lose_instance() override;
   void lose_session() override;
   void change_rate(double hz) override;
+  void change_models() override;
   void push_event(const XrEventDataBuffer& event) override { events.push_back(event); }
   XrSession session() const override;
   XrSessionState state() const override;
