@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "module/scene/field_line.h"
-
 namespace palpate {
 namespace {
 
@@ -79,44 +77,6 @@ TubeColours tube_colours(std::string name, std::string unit, double least, doubl
   for (int k = 0; k <= kSteps; ++k)
     of.colours.push_back(colour(least * std::pow(most / least, double(k) / kSteps), least, most));
   return of;
-}
-
-glm::dvec2 add_stream_tubes(Things& things, const Transform& world_from_volume,
-                            const FrameData& data, const TubeOptions& options) {
-  const auto vector = [&](glm::dvec3 x) {
-    return options.gradient ? data.scalar_gradient(x) : data.vector(x);
-  };
-  LineOptions line;
-  line.low_m = data.low_m();
-  line.high_m = data.high_m();
-  line.step_m = data.detail_m();
-  line.most_steps = options.most_segments;
-  line.least_length = options.least_length;
-  const glm::dvec3 extent = data.high_m() - data.low_m();
-  struct LineSegment {
-    glm::dvec3 from, to;
-    double length;
-  };
-  std::vector<LineSegment> segments;
-  const int n = options.seeds_per_axis;
-  for (int seed = 0; seed < n * n * n; ++seed) {
-    const glm::dvec3 cell(seed % n, seed / n % n, seed / n / n);
-    const glm::dvec3 start = data.low_m() + extent * (cell + 0.5) / double(n);
-    for (const double direction : {1.0, -1.0}) {
-      const std::vector<glm::dvec3> places = field_line(vector, start, direction, line).places_m;
-      for (size_t k = 1; k < places.size(); ++k)
-        segments.push_back(
-            {places[k - 1], places[k], glm::length(vector(0.5 * (places[k - 1] + places[k])))});
-    }
-  }
-  double least = 1e300, most = 0.0;
-  for (const LineSegment& s : segments)
-    if (s.length > 0.0) least = std::min(least, s.length), most = std::max(most, s.length);
-  for (const LineSegment& s : segments)
-    add_rod(things, world_from_volume.world_from_volume(s.from),
-            world_from_volume.world_from_volume(s.to), options.radius_m,
-            tube_colour(s.length, least, most));
-  return {least, most};
 }
 
 }  // namespace palpate

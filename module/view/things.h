@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "module/scene/data_box.h"
-#include "module/scene/frame_data.h"
 #include "module/scene/transform.h"
 
 namespace palpate {
@@ -55,20 +54,5 @@ struct TubeColours {
 /// The colours of `colour` (one of the two functions above) over this range.
 TubeColours tube_colours(std::string name, std::string unit, double least, double most,
                          glm::dvec3 (*colour)(double, double, double));
-
-/// How stream tubes are laid.
-struct TubeOptions {
-  int seeds_per_axis = 6;  ///< of a lattice over the data's box
-  int most_segments = 80;  ///< of one tube, to either side of its seed
-  double radius_m = 0.0008;
-  double least_length = 0.0;  ///< vectors shorter than this end a tube
-  bool gradient = false;      ///< along the gradient of scalar data instead of the vectors
-};
-
-/// Tubes along the field lines of vector data through a lattice of seeds, by the classic
-/// Runge-Kutta method with steps of one detail_m, in tube_colour() from the least length met to the
-/// greatest, which are returned; most is 0 where there are none.
-glm::dvec2 add_stream_tubes(Things& things, const Transform& world_from_volume,
-                            const FrameData& data, const TubeOptions& options);
 
 }  // namespace palpate

@@ -84,6 +84,38 @@ TEST(StreamLines, StayWhereWholeFramesAreShownOrNothingIsKnownOfTheirMotion) {
   EXPECT_TRUE(same(start, laid(volume, {0, 0.75}, false)));
 }
 
+TEST(StreamLines, AColourMeansTheSameLengthInEveryFrame) {
+  // The second frame's vectors are four times as long; frame by frame all would have one colour.
+  const Grid grid = cube(12, 2.0);
+  MovingVolume volume;
+  volume.times = {{0.0, 1.0, 2.0}, 0.0};
+  for (const float length : {2.0F, 8.0F, 4.0F})
+    volume.frames.push_back(
+        sampled_vector(grid, std::vector<glm::vec3>(grid.count(), glm::vec3(length, 0.0F, 0.0F))));
+  StreamLines lines(2);
+  for (const int frame : {0, 1, 2}) {
+    Things things;
+    const glm::dvec2 lengths = lines.add(things, volume, {}, {frame, 0.0}, 0.0005, false);
+    const double unit = glm::length(volume.frames[0]->vector(glm::dvec3(0.0, 0.0, 0.01))) / 2.0;
+    EXPECT_NEAR(lengths.x, 2.0 * unit, 1e-6 * unit);
+    EXPECT_NEAR(lengths.y, 8.0 * unit, 1e-6 * unit);
+    ASSERT_GT(things.size(), 20U);
+    const glm::dvec3 expected = tube_colour(frame == 0 ? 2.0 : frame == 1 ? 8.0 : 4.0, 2.0, 8.0);
+    for (const RoundCone& rod : things)
+      ASSERT_LT(glm::distance(rod.colour, expected), 1e-4) << frame;
+  }
+  // A frame that comes in live changes what a colour means, and keeps the lines.
+  Things before, after;
+  lines.add(before, volume, {}, {0, 0.0}, 0.0005, false);
+  volume.frames.push_back(
+      sampled_vector(grid, std::vector<glm::vec3>(grid.count(), glm::vec3(32.0F, 0.0F, 0.0F))));
+  volume.times.times_s.push_back(3.0);
+  const glm::dvec2 lengths = lines.add(after, volume, {}, {1, 0.0}, 0.0005, false);
+  EXPECT_NEAR(lengths.y / lengths.x, 16.0, 1e-5);
+  ASSERT_EQ(before.size(), after.size());
+  EXPECT_LT(glm::distance(after[0].colour, tube_colour(4.0, 1.0, 16.0)), 1e-4);
+}
+
 TEST(StreamLines, StandWhereTheVolumeIs) {
   const MovingVolume volume = stream_that_rises();
   Transform place;
