@@ -47,7 +47,7 @@ Status FilmFile::check_name(const std::filesystem::path& path) {
 }
 
 Result<FilmFile> FilmFile::start(const std::filesystem::path& path, int width, int height,
-                                 int frames_per_second) {
+                                 double pictures_per_s) {
   if (const Status named = check_name(path); !named) return named.error();
   FilmFile film(width, height);
   std::vector<std::string> words = {"ffmpeg",
@@ -62,7 +62,7 @@ Result<FilmFile> FilmFile::start(const std::filesystem::path& path, int width, i
                                     "-s",
                                     fmt::format("{}x{}", width, height),
                                     "-r",
-                                    std::to_string(frames_per_second),
+                                    fmt::format("{:.6f}", pictures_per_s),
                                     "-i",
                                     "-"};
   const auto& options = kind_of(path)->options;

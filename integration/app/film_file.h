@@ -16,7 +16,7 @@ class FilmFile {
   static Status check_name(const std::filesystem::path& path);
   /// All pictures have this size. Errors: kBadInput without ffmpeg, kBadOutput.
   static Result<FilmFile> start(const std::filesystem::path& path, int width, int height,
-                                int frames_per_second);
+                                double pictures_per_s);
   /// Errors: kBadOutput, with what ffmpeg says.
   Status add(const charts::Bitmap& picture);
   /// Waits for the file. Errors: as add().

@@ -24,7 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kFilmRate = 25;  // pictures a second
+constexpr double kFilmRate = 25.0;         // pictures a second, about
+constexpr double kMostKeptPixels = 1.5e8;  // of a film's cycle: 600 MB
 
 /// A film that is asked for.
 struct FilmChoices {
@@ -172,6 +173,8 @@ SceneSnapshot snapshot_at_time(const LoadedScene& scene, double time_s) {
 struct FilmCourse {
   double length_s = 0.0;
   double turn_deg = 0.0;  ///< over the whole film
+  double rate = kFilmRate;
+  int per_cycle = 0;  ///< pictures, as many as are repeated; 0: each is another one
 };
 
 /// Whole cycles, three seconds at least; a sequence that does not repeat once; what stands still
@@ -189,7 +192,24 @@ FilmCourse course_of(const LoadedScene& scene, const FilmChoices& choices) {
   if (once_s == 0.0) course.length_s = kAround_s;
   if (repeats) course.length_s = once_s * std::ceil(std::max(1.0, kLeast_s / once_s - 1e-9));
   if (choices.seconds > 0.0) course.length_s = choices.seconds;
+  if (!repeats) return course;
+  // Whole pictures for each cycle, so that later cycles need none of their own.
+  const double per_cycle = std::max(1.0, std::round(once_s * kFilmRate));
+  course.rate = per_cycle / once_s;
+  if (course.turn_deg == 0.0) course.per_cycle = int(per_cycle);
   return course;
+}
+
+/// Whether all volumes are the same in both, as in two cycles of a film.
+bool same_times(const LoadedScene& scene, const SceneSnapshot& a, const SceneSnapshot& b) {
+  for (int v = 0; v < a.volume_count; ++v) {
+    const FrameTimes& times = scene.data[size_t(v)]->times;
+    double apart_s = std::abs(a.volumes[size_t(v)].time_s - b.volumes[size_t(v)].time_s);
+    // The end of a cycle is its beginning.
+    if (times.cyclic()) apart_s = std::min(apart_s, std::abs(times.cycle_s - apart_s));
+    if (apart_s > 1e-6) return false;
+  }
+  return true;
 }
 
 Status draw_film(FeelCommand command, const FilmChoices& choices, Console& console,
@@ -200,7 +220,7 @@ Status draw_film(FeelCommand command, const FilmChoices& choices, Console& conso
   auto scene = shown_scene(command, console);
   if (!scene) return scene.error();
   const FilmCourse course = course_of(*scene, choices);
-  const int pictures = std::max(1, int(std::lround(course.length_s * kFilmRate)));
+  const int pictures = std::max(1, int(std::lround(course.length_s * course.rate)));
   auto outputs = Outputs::into(choices.file.has_parent_path() ? choices.file.parent_path() : ".");
   if (!outputs) return outputs.error();
   auto drawing = open_drawing(command, std::move(*scene), false, true);
@@ -210,25 +230,36 @@ Status draw_film(FeelCommand command, const FilmChoices& choices, Console& conso
   std::optional<FilmFile> film;
   ViewChoices view = command.view;
   const double first_deg = view.from.azimuth_deg.value_or(usual_azimuth_deg());
+  // Pictures of one cycle, if they fit, at their place in it.
+  std::vector<std::optional<charts::Bitmap>> cycle(size_t(course.per_cycle));
   for (int k = 0; k < pictures; ++k) {
     if (stop.stop_requested()) return Error{ErrorKind::kCancelled, "Stopped: nothing was written"};
     console.progress(double(k) / pictures, "drawing");
     if (course.turn_deg != 0.0) view.from.azimuth_deg = first_deg + course.turn_deg * k / pictures;
     drawing->viewer->choose(view);
-    const auto picture = drawn(*drawing, snapshot_at_time(drawing->scene, double(k) / kFilmRate));
+    const SceneSnapshot now = snapshot_at_time(drawing->scene, double(k) / course.rate);
+    const size_t in_cycle = cycle.empty() ? 0 : size_t(k) % cycle.size();
+    // Another volume of the scene may have another cycle.
+    const bool is_known =
+        !cycle.empty() && cycle[in_cycle] &&
+        same_times(drawing->scene, now,
+                   snapshot_at_time(drawing->scene, double(in_cycle) / course.rate));
+    auto picture = is_known ? *cycle[in_cycle] : drawn(*drawing, now);
     if (!picture) return picture.error();
     if (!film) {
-      auto started = FilmFile::start(*path, picture->width, picture->height, kFilmRate);
+      auto started = FilmFile::start(*path, picture->width, picture->height, course.rate);
       if (!started) return started.error();
       film.emplace(std::move(*started));
+      if (double(cycle.size()) * double(picture->pixels.size()) > kMostKeptPixels) cycle.clear();
     }
     if (const Status added = film->add(*picture); !added) return outputs->in_place(added.error());
+    if (size_t(k) < cycle.size()) cycle[in_cycle] = std::move(*picture);
   }
   console.end_progress();
   if (const Status done = film->finish(); !done) return outputs->in_place(done.error());
   if (const Status done = outputs->publish(); !done) return done;
-  console.say(fmt::format("Wrote     {}: {:.1f} s, {} pictures a second", choices.file.string(),
-                          double(pictures) / kFilmRate, kFilmRate));
+  console.say(fmt::format("Wrote     {}: {:.1f} s, {:.4g} pictures a second", choices.file.string(),
+                          pictures / course.rate, course.rate));
   return Nothing{};
 }
 

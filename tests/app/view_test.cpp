@@ -307,6 +307,46 @@ TEST(View, WritesAFilm) {
   EXPECT_GT(height_of({std::istreambuf_iterator<char>(with_bar), {}}), 256 + 20);
 }
 
+TEST(View, ShowsTheSameCycleAgainInAFilm) {
+  NEEDS_DEVICE();
+  if (std::system("ffmpeg -version > /dev/null 2>&1") != 0) GTEST_SKIP() << "ffmpeg is missing";
+  const TemporaryFolder folder;
+  const std::string heart = written(small_heart(5), folder / "heart.seq.nrrd");
+  // 5 frames in 0.41 s: 10.25 pictures of 25 a second would not be whole ones.
+  const auto pictures_of = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{"view", heart,       "--fps", "12.195122", "--picture-size",
+                                   "64",   "--seconds", "0.82",  "--film",    folder / "beat.gif"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("0.8 s, 24.39 pictures a second"));
+    const std::string raw = folder / "raw";
+    EXPECT_EQ(std::system(("ffmpeg -loglevel error -y -i " + std::string(folder / "beat.gif") +
+                           " -vsync 0 -f rawvideo -pix_fmt rgb24 " + raw)
+                              .c_str()),
+              0);
+    std::ifstream stream(raw, std::ios::binary);
+    std::string bytes((std::istreambuf_iterator<char>(stream)), {});
+    fs::remove(folder / "beat.gif");
+    std::vector<std::string> pictures;
+    for (size_t at = 0; at + 64 * 64 * 3 <= bytes.size(); at += 64 * 64 * 3)
+      pictures.push_back(bytes.substr(at, 64 * 64 * 3));
+    return pictures;
+  };
+  const std::vector<std::string> beats = pictures_of({"--no-slices"});
+  ASSERT_EQ(beats.size(), 20u);
+  int moved = 0;
+  for (size_t k = 0; k < 10; ++k) {
+    EXPECT_EQ(beats[k], beats[k + 10]) << k;
+    moved += beats[k] != beats[(k + 5) % 10];
+  }
+  EXPECT_GT(moved, 7);
+  // While the view turns no picture is like another one.
+  const std::vector<std::string> turning = pictures_of({"--no-slices", "--turn", "90"});
+  ASSERT_EQ(turning.size(), 20u);
+  for (size_t k = 0; k < 10; ++k) EXPECT_NE(turning[k], turning[k + 10]) << k;
+}
+
 TEST(View, CutsTheBreathingChestOpen) {
   NEEDS_DEVICE();
   const fs::path lung = fs::path(PALPATE_SHARED_DATA) / "lung" / "breathing.seq.nrrd";
