@@ -151,8 +151,7 @@ void LightGrid::record(vulkan::Recorder& recorder, std::span<const ViewVolume> v
       levels_[l] = vulkan::Image(context_, depends.cells >> int(l), VK_FORMAT_R32_SFLOAT);
       recorder.prepare(levels_[l]);
     }
-    light_ = vulkan::Image(context_, depends.cells,
-                           context_->is_cpu() ? VK_FORMAT_R32G32_SFLOAT : VK_FORMAT_R16G16_SFLOAT);
+    light_ = vulkan::Image(context_, depends.cells, VK_FORMAT_R16G16_SFLOAT);
     recorder.prepare(light_);
   }
   // A turn of the light alone leaves the extinction as it is.

@@ -87,9 +87,7 @@ class FrameUpload {
       for (size_t i = size_t(begin); i < size_t(end); ++i)
         staged[i] = std::isfinite(values[i]) ? values[i] : float(frames.lowest);
     });
-    const VkFormat format = frames.curved        ? VK_FORMAT_R32G32B32A32_SFLOAT
-                            : context_->is_cpu() ? VK_FORMAT_R32_SFLOAT
-                                                 : VK_FORMAT_R16_SFLOAT;
+    const VkFormat format = frames.curved ? VK_FORMAT_R32G32B32A32_SFLOAT : VK_FORMAT_R16_SFLOAT;
     vulkan::Image image(context_, place_.size, format);
     const double scale = 1.0 / (frames.highest - frames.lowest);
     view_shaders::PrefilterPush push{};

@@ -75,11 +75,10 @@ ShownVolume::ShownVolume(std::shared_ptr<vulkan::Context> context, Kernels& kern
       size_(resident_->frames->place.size),
       bricks_(blocks_of(size_, kBrick)),
       node_count_((size_ - 1) / kNode + 2) {
-  // A CPU reads 32-bit floats faster than it converts 16-bit ones; a GPU's texture unit and memory
-  // are twice as fast with half the bytes.
+  // What curve.comp makes of values is larger than they are, and needs the digits.
   surface_ = vulkan::Image(
       context_, size_,
-      context_->is_cpu() ? VK_FORMAT_R32G32B32A32_SFLOAT : VK_FORMAT_R16G16B16A16_SFLOAT);
+      resident_->frames->curved ? VK_FORMAT_R32G32B32A32_SFLOAT : VK_FORMAT_R16G16B16A16_SFLOAT);
   nodes_ = vulkan::Image(context_, node_count_, VK_FORMAT_R32G32B32A32_SFLOAT);
   marks_ = vulkan::Buffer(context_, 4 * product(bricks_));
   near_ = vulkan::Buffer(context_, 4 * product(bricks_));

@@ -26,14 +26,18 @@ vec4 integral(int v, float entry) {
   return mix(table(first + uint(entry - 0.5)), table(first + min(uint(entry + 0.5), uint(kTable - 1))), fract(entry - 0.5));
 }
 
-// Means of colour times extinction, and of extinction, over all values between two entries, whose integrals are these.
-vec4 mean_between(int v, float one, float other, vec4 up_to_one, vec4 up_to_other) {
+// Colour times extinction, and extinction, of an entry.
+vec4 glow_of(int v, float entry) {
+  const vec4 here = table(uint(view.volumes[v].table.z) * 2u + uint(entry));
+  return vec4(here.rgb * here.w, here.w);
+}
+
+// Their means over all values between two entries, whose integrals are these; `near` where these differ by less than
+// one, which should be that of an entry there.
+vec4 mean_between(float one, float other, vec4 up_to_one, vec4 up_to_other, vec4 near) {
   const float between = other - one;
-  const uint middle = uint(0.5 * (one + other));
-  const vec4 here = table(uint(view.volumes[v].table.z) * 2u + middle);
   const vec4 mean = (up_to_other - up_to_one) / between;
-  const bool flat_enough = abs(between) < 1.0;
-  return flat_enough ? vec4(here.rgb * here.w, here.w) : max(mean, vec4(0.0));
+  return abs(between) < 1.0 ? near : max(mean, vec4(0.0));
 }
 
 // How much of a surface there is where the squared slope has this value: 0 in flat tissue, 1 from the look's slope of a

@@ -69,7 +69,7 @@ void main() {
       const float around = view.volumes[v].table.x * aside_mm * length(here.xyz);
       const float last = float(kTable) - 0.5;
       const float low = clamp(here.w - around, 0.5, last), high = clamp(here.w + around, 0.5, last);
-      const float extinction = mean_between(v, low, high, integral(v, low), integral(v, high)).w;
+      const float extinction = mean_between(low, high, integral(v, low), integral(v, high), glow_of(v, here.w)).w;
       const vec3 slope = here.xyz * view.volumes[v].stretch.xyz;
       sum += extinction * kept_of(v, surface_of(v, dot(slope, slope)));
     }

@@ -372,7 +372,11 @@ Segment segment(float lower, float upper, Sample before[kVolumes], out Sample af
     float share = mm_per_t[v];
     if (kVolumes > 1)
       share *= max(min(upper, leaves[v]) - max(lower, enters[v]), 0.0) / max(upper - lower, 1e-12);
-    const vec4 glow = mean_between(v, one.entry, other.entry, one.up_to, other.up_to);
+    const float bend = kRefines != 0 ? dot(one.slope - other.slope, entries_way[v]) : 0.0;
+    const float middle = 0.5 * (one.entry + other.entry) + 0.125 * (upper - lower) * bend;
+    const float entry = clamp(middle, 0.5, float(kTable) - 0.5);
+    const vec4 near = glow_of(v, entry);
+    const vec4 glow = mean_between(one.entry, other.entry, one.up_to, other.up_to, near);
     const Shade shade = between(one.shade, other.shade, 0.5);
     const vec3 tint = sent_on(glow, shade);
     if (kRefines == 0) {
@@ -380,14 +384,11 @@ Segment segment(float lower, float upper, Sample before[kVolumes], out Sample af
       continue;
     }
     all.whole += share * shade.kept * vec2(shade.all * dot(glow.rgb, kBrightness), glow.w);
-    const float bend = dot(one.slope - other.slope, entries_way[v]);
-    const float middle = 0.5 * (one.entry + other.entry) + 0.125 * (upper - lower) * bend;
-    const float entry = clamp(middle, 0.5, float(kTable) - 0.5);
     const vec4 up_to = integral(v, entry);
     for (int h = 0; h < 2; ++h) {
       const Shade its = between(one.shade, other.shade, h == 0 ? 0.25 : 0.75);
-      const vec4 its_glow = h == 0 ? mean_between(v, one.entry, entry, one.up_to, up_to)
-                                   : mean_between(v, entry, other.entry, up_to, other.up_to);
+      const vec4 its_glow = h == 0 ? mean_between(one.entry, entry, one.up_to, up_to, near)
+                                   : mean_between(entry, other.entry, up_to, other.up_to, near);
       all.halves[h] += share * lit(its_glow, its, tint);
       all.plain[h] += share * its.kept * its.all * dot(its_glow.rgb, kBrightness);
     }

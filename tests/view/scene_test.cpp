@@ -556,6 +556,33 @@ TEST_F(SceneTest, SegmentsAreCarriedAsTheirVolumeIs) {
   EXPECT_EQ(seen_at(moved, eye_, {0.026, 0.0, 0.0}), 'b');
 }
 
+TEST_F(SceneTest, DeviceMemoryIsElevenBytesPerVoxelAndThreeForEachFurtherFrame) {
+  constexpr int kSize = 128;
+  const auto frame = [](double level) {
+    return still_volume(kSize, 1.0, [=](glm::dvec3 x) { return level - glm::length(x); });
+  };
+  const auto still = frame(30.0);
+  MovingVolume sequence = *still;
+  sequence.times = {{0.0, 0.1, 0.2}, 0.3};
+  for (const double level : {31.0, 32.0}) sequence.frames.push_back(frame(level)->frames[0]);
+  const auto moving = std::make_shared<const MovingVolume>(std::move(sequence));
+  auto view = renderer({kSceneSize, 1});
+  const auto used_for = [&](const std::shared_ptr<const MovingVolume>& volume) {
+    set(*view, {volume});
+    ViewScene scene;
+    scene.volumes = {{volume, {}, {}, step_look(0.0)}};
+    draw_one(*view, scene);
+    return double(context()->memory_used_bytes()) / (kSize * kSize * kSize);
+  };
+  set(*view, {});
+  const double own = double(context()->memory_used_bytes()) / (kSize * kSize * kSize);
+  const double one = used_for(still), three = used_for(moving);
+  RecordProperty("bytes_per_voxel", std::to_string(one - own));
+  // The frame in 2 bytes and the picture in 8, with bounds of parts, nodes, bricks and their bits.
+  EXPECT_LT(one - own, 11.5);
+  EXPECT_LT((three - one) / 2.0, 2.8);
+}
+
 TEST_F(SceneTest, RefusesWhatCanNotBeDrawnInASentence) {
   const auto red = ball({0, 0, 0}), other = ball({0, 0, 0});
   auto view = renderer({kSceneSize, 1});
