@@ -72,7 +72,7 @@ void make_values(ivec3 origin) {
       values[x + kWide * row] = value_at(voxel + vec3(x, 0.0, 0.0), back);
       back += step;
       // x = 1 is the node at the brick's origin; the next node follows after kNode voxels.
-      for (bool is_node = kMoves != 0 && x % kNode == 0; is_node; is_node = false) {
+      if (kMoves != 0 && x % kNode == 0) {
         at.x += per_node.x;
         low = high;
         high = textureLod(nodes, at, 0.0).xyz;

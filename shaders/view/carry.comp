@@ -82,7 +82,7 @@ void make_rows(ivec3 origin, ivec3 box_low, ivec3 box_high) {
     Column low, high = column(at, within), step;
     float most_slope = 0.0;
     for (int x = box_low.x; x <= box_high.x; ++x) {
-      for (bool is_node = x % kNode == 0; is_node; is_node = false) {
+      if (x % kNode == 0) {
         low = high;
         ++at.x;
         high = column(at, within);

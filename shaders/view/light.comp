@@ -42,8 +42,7 @@ void main() {
   if (any(greaterThanEqual(cell, ivec3(view.light_cells.xyz)))) return;
   const vec3 here = vec3(cell);
   vec2 light = vec2(1.0);
-  // A loop, so that a CPU driver leaves it where there is nothing to be lit.
-  for (bool lit = depth_at(2, here) > 0.0; lit; lit = false) {
+  if (depth_at(2, here) > 0.0) {
     float ambient = 0.0;
     for (int k = 0; k < 8; ++k) {
       const vec3 way = (vec3(k & 1, k >> 1 & 1, k >> 2) * 2.0 - 1.0) * inversesqrt(3.0);

@@ -63,8 +63,7 @@ void main() {
                             dot(push.voxel_from_cell[2], at));
     const bool inside = all(greaterThanEqual(voxel, vec3(-0.5))) && all(lessThan(voxel, size - 0.5));
     const ivec3 nearest = clamp(ivec3(voxel), ivec3(0), ivec3(size) - 1);
-    // A loop, so that a CPU driver leaves it where nothing shows.
-    for (bool counts = inside && shows(v, nearest) && is_kept(place); counts; counts = false) {
+    if (inside && shows(v, nearest) && is_kept(place)) {
       const vec4 here = classified(v, textureLod(volume, (voxel + 0.5) / size, 0.0), voxel);
       const float around = view.volumes[v].table.x * aside_mm * length(here.xyz);
       const float last = float(kTable) - 0.5;

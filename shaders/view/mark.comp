@@ -61,8 +61,7 @@ void main() {
   const float over = kOver * (high - low);
   const uint from = uint(clamp(push.table.x * (low - over) + push.table.y - 1.0, 0.0, push.table.w));
   const uint to = uint(clamp(push.table.x * (high + over) + push.table.y + 1.0, 0.0, push.table.w));
-  bool shows = next_entry[uint(push.table.z) + from] <= to;
-  while (shows) {
+  if (next_entry[uint(push.table.z) + from] <= to) {
     const vec3 start = float(kPart) * vec3(part);
     vec3 least_u = parts[place].least_u.xyz, most_u = parts[place].most_u.xyz;
     if (kCarried != 0) bound_u(start, least_u, most_u);
@@ -85,6 +84,5 @@ void main() {
           atomicOr(marks[uint(brick.x + push.bricks.x * (brick.y + push.bricks.y * brick.z))],
                    1u << uint(eighth.x + 2 * eighth.y + 4 * eighth.z));
         }
-    shows = false;
   }
 }

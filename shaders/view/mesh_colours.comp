@@ -70,8 +70,8 @@ void main() {
   const int eye = int(gl_WorkGroupID.z);
   if (pixel.x >= view.counts.z || pixel.y >= view.counts.w) return;
   const uint place = uint(pixel.x + view.counts.z * (pixel.y + view.counts.w * eye));
-  // Once: a loop, which CPU drivers leave where no pixel of several needs it.
-  for (uint found = nearest[place]; found > 0u; found = 0u) {
+  const uint found = nearest[place];
+  if (found > 0u) {
     const uvec4 item = items[(found - 1u) / 64u];
     const SeenTriangle seen = seen_triangle(item, (found - 1u) % 64u);
     const MeshPart part = parts[item.x];

@@ -48,8 +48,7 @@ void main() {
       // The edge that two triangles share belongs to both.
       const bool inside = (min(w.x, min(w.y, w.z)) >= 0.0 || max(w.x, max(w.y, w.z)) <= 0.0) && t >= near;
       const uint place = uint(x + view.counts.z * (y + view.counts.w * int(item.y)));
-      // A loop: a CPU driver runs through the body of an if for pixels that do not need it, too.
-      for (bool covered = inside; covered; covered = false) {
+      if (inside) {
         if (kPass == 0)
           atomicMin(depth[place], floatBitsToUint(t));
         else if (t <= uintBitsToFloat(depth[place]) * (1.0 + 1e-6))

@@ -39,8 +39,9 @@
 // outermost samples, values clamped to the edge. Precision: fp32. Race: each output written once. Tested against closed
 // forms: tests/view/light_test.cpp (transmittance), surface_test.cpp (places).
 //
-// A CPU driver runs eight neighbouring pixels in step and executes both sides of every "if", but leaves a loop when no
-// pixel needs it. So code that is rarely needed is written as a loop that runs at most once.
+// A CPU driver runs eight neighbouring pixels in step, executes both sides of every "if", and leaves a loop only at its
+// end. A loop that is left by a test at its start runs through its body once more, for none of them. So loops that may
+// take no round are tested at their end, with their body in an "if".
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform Parameters { ViewParameters view; };
 layout(set = 0, binding = 1) uniform samplerBuffer tables;
@@ -332,24 +333,28 @@ bool find_shown(float to, float dt, float jitter, inout float t, inout float k, 
   bool any_shows = kSkip == 0;
   all_thin = kSkip != 0;
   // Neighbouring pixels wait for each other here, so that they take their samples together.
-  while (!any_shows && t < to) {
-    end = to;
-    all_thin = true;
-    for (int v = 0; v < kVolumes; ++v) {
-      float until;
-      bool thin;
-      any_shows = occupied(v, t, until, thin) || any_shows;
-      all_thin = all_thin && thin;
-      end = min(end, until);
+  bool searches = !any_shows && t < to;
+  do {
+    if (searches) {
+      end = to;
+      all_thin = true;
+      for (int v = 0; v < kVolumes; ++v) {
+        float until;
+        bool thin;
+        any_shows = occupied(v, t, until, thin) || any_shows;
+        all_thin = all_thin && thin;
+        end = min(end, until);
+      }
+      // A little beyond the border, so that rounding does not find the same box again; far away this is less than the
+      // distance of two floats.
+      if (!any_shows) {
+        const float at = max(end, t);
+        t = max(at + 1e-3 * dt, uintBitsToFloat(floatBitsToUint(at) + 1u));
+        k = max(k, floor(t / dt - jitter));
+      }
+      searches = !any_shows && t < to;
     }
-    // A little beyond the border, so that rounding does not find the same box again; far away this is less than the
-    // distance of two floats.
-    if (!any_shows) {
-      const float at = max(end, t);
-      t = max(at + 1e-3 * dt, uintBitsToFloat(floatBitsToUint(at) + 1u));
-      k = max(k, floor(t / dt - jitter));
-    }
-  }
+  } while (searches);
   return any_shows;
 }
 
@@ -424,7 +429,7 @@ bool pass(float lower, float upper, Segment part, bool may_again, inout Light li
   light.colour += again ? vec3(0.0) : left * both.rgb;
   light.through *= again ? 1.0 : both.w;
   // The depth in the segment at which the transmittance is 1/2.
-  for (bool crosses = left > 0.5 && light.through <= 0.5; crosses; crosses = false) {
+  if (left > 0.5 && light.through <= 0.5) {
     const float at_half = left * first.w;
     const bool in_first = at_half <= 0.5;
     const float sigma = in_first ? part.halves[0].w : part.halves[1].w;
@@ -442,42 +447,44 @@ void march(float from, float to, float dt, float jitter, inout Light light) {
   float t = from, k = floor(from / dt - jitter);
   // Up to fine_to segments are short, and sample k is the next one.
   float fine_to = -kFar, fine_step = 0.0;
-  while (t < to && light.through > kStop) {
+  do {
     float end;
     bool all_thin;
     const bool any_shows = find_shown(to, dt, jitter, t, k, end, all_thin);
     float lower = max(max((k + jitter) * dt, from), done);
-    bool goes_on = any_shows && t < to;
+    bool goes_on = any_shows && t < to && light.through > kStop;
     Sample before[kVolumes];
     // The first segment of a run has two ends and needs one more sample. It is already there if the last run ended
     // here.
-    for (bool fresh = goes_on && lower != done; fresh; fresh = false) {
+    if (goes_on && lower != done) {
       const vec2 reached = kLit != 0 ? light_at(lower) : vec2(1.0);
       for (int v = 0; v < kVolumes; ++v) last[v] = sampled(v, lower, reached);
       light.taken += kCount != 0 ? uint(kVolumes) : 0u;
     }
     for (int v = 0; v < kVolumes; ++v) before[v] = last[v];
-    while (goes_on) {
-      // Where all volumes are thin, one segment is kStride steps long.
-      const bool fine = lower < fine_to;
-      const bool strides = !fine && all_thin && (k + float(kStride) + jitter) * dt < end;
-      k += fine ? 0.0 : strides ? float(kStride) : 1.0;
-      const float next = fine ? fine_to : min((k + jitter) * dt, to);
-      const float upper = fine && lower + 1.5 * fine_step < next ? lower + fine_step : next;
-      Sample after[kVolumes];
-      const Segment part = segment(lower, upper, before, after);
-      const bool again = pass(lower, upper, part, !fine && upper - lower > 0.2 * dt, light);
-      fine_to = again ? upper : fine_to;
-      fine_step = again ? (upper - lower) / float(kFineParts) : fine_step;
-      if (!again)
-        for (int v = 0; v < kVolumes; ++v) before[v] = after[v];
-      lower = again ? lower : upper;
-      t = lower;
-      goes_on = (t < end || t < fine_to) && light.through > kStop;
-    }
+    do {
+      if (goes_on) {
+        // Where all volumes are thin, one segment is kStride steps long.
+        const bool fine = lower < fine_to;
+        const bool strides = !fine && all_thin && (k + float(kStride) + jitter) * dt < end;
+        k += fine ? 0.0 : strides ? float(kStride) : 1.0;
+        const float next = fine ? fine_to : min((k + jitter) * dt, to);
+        const float upper = fine && lower + 1.5 * fine_step < next ? lower + fine_step : next;
+        Sample after[kVolumes];
+        const Segment part = segment(lower, upper, before, after);
+        const bool again = pass(lower, upper, part, !fine && upper - lower > 0.2 * dt, light);
+        fine_to = again ? upper : fine_to;
+        fine_step = again ? (upper - lower) / float(kFineParts) : fine_step;
+        if (!again)
+          for (int v = 0; v < kVolumes; ++v) before[v] = after[v];
+        lower = again ? lower : upper;
+        t = lower;
+        goes_on = (t < end || t < fine_to) && light.through > kStop;
+      }
+    } while (goes_on);
     for (int v = 0; v < kVolumes; ++v) last[v] = before[v];
     done = any_shows ? lower : done;
-  }
+  } while (t < to && light.through > kStop);
 }
 
 // Blends the light over what lies behind it: the background, or the host's picture.
@@ -525,16 +532,22 @@ void draw(ivec2 pixel, int eye, ivec2 size, uint out_index) {
   // First in front of the thing; then, where its edge covers only part of the pixel, behind it.
   float from = begin;
   const int parts = kThings != 0 && thing_at < kFar ? 2 : 1;
-  for (int part = 0; part < parts && light.through > kStop; ++part) {
-    march(from, parts == 2 && part == 0 ? min(thing_at, finish) : finish, dt, jitter, light);
-    if (parts == 2 && part == 0) {
-      const float before = light.through;
-      light.colour += light.through * thing.a * decoded(thing.rgb);
-      light.through *= 1.0 - thing.a;
-      if (before > 0.5 && light.through <= 0.5) light.depth = view.background.w / thing_at;
-      from = max(thing_at, begin);
+  int part = 0;
+  bool goes_on = true;
+  do {
+    if (goes_on) {
+      march(from, parts == 2 && part == 0 ? min(thing_at, finish) : finish, dt, jitter, light);
+      if (parts == 2 && part == 0) {
+        const float before = light.through;
+        light.colour += light.through * thing.a * decoded(thing.rgb);
+        light.through *= 1.0 - thing.a;
+        if (before > 0.5 && light.through <= 0.5) light.depth = view.background.w / thing_at;
+        from = max(thing_at, begin);
+      }
     }
-  }
+    ++part;
+    goes_on = part < parts && light.through > kStop;
+  } while (goes_on);
   write(pixel, eye, out_index, light, back_word);
 }
 
@@ -567,6 +580,5 @@ void main() {
       samples_out[2u * out_index + 1u] = 0u;
     }
   }
-  // A loop, so that a CPU driver leaves it where no pixel is visible.
-  for (bool draws = is_here; draws; draws = false) draw(pixel, eye, size, out_index);
+  if (is_here) draw(pixel, eye, size, out_index);
 }

@@ -80,7 +80,8 @@ bool solve(vec3 x, inout vec3 y) {
   float best_miss = 3.0e38;
   bool unfolded = false;
   // One evaluation per round; if it is no better than the best one, the step that led there is halved.
-  for (int round = 0; round < kSteps && best_miss > push.phase.y; ++round) {
+  int round = 0;
+  do {
     const Reading r = read(field_index(at));
     const vec3 off = at + g * r.u - x;
     const float miss = length(off);
@@ -101,7 +102,8 @@ bool solve(vec3 x, inout vec3 y) {
       step *= 0.5;
     }
     at = best + step;
-  }
+    ++round;
+  } while (round < kSteps && best_miss > push.phase.y);
   y = best;
   return best_miss <= push.phase.y && unfolded;
 }
@@ -111,7 +113,7 @@ void track(ivec3 node) {
   const vec4 before = push.nodes.w != 0 ? texelFetch(last, node, 0) : vec4(0.0);
   vec3 y = x + before.xyz;
   bool found = solve(x, y);
-  for (bool again = !found && push.phase.z != 0.0; again; again = false) {
+  if (!found && push.phase.z != 0.0) {
     y = x - push.phase.x * read(field_index(x)).u;
     found = solve(x, y);
   }
@@ -137,9 +139,5 @@ void main() {
           needed = needed || near[uint(other.x + push.bricks.x * (other.y + push.bricks.y * other.z))] != 0u;
         }
   }
-  // A loop instead of an "if": see raycast.comp.
-  while (needed) {
-    track(node);
-    needed = false;
-  }
+  if (needed) track(node);
 }
