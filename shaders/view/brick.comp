@@ -53,55 +53,79 @@ float value_at(vec3 voxel, vec3 back) {
   return value;
 }
 
-// Row by row: y - x is linear along x between nodes, so only nodes are read.
+// Values from `at` on, `count` along a row; back: y - x at the first one, which changes by step.
+void make_run(int at, int count, inout vec3 voxel, inout vec3 back, vec3 step) {
+  for (int x = 0; x < count; ++x) {
+    values[at + x] = value_at(voxel, back);
+    voxel.x += 1.0;
+    back += step;
+  }
+}
+
+// Row by row: y - x is linear along x between nodes, so only nodes are read. A row begins one voxel before a node.
 void make_values(ivec3 origin) {
   const vec3 per_node = 1.0 / push.nodes.xyz;
-  for (int row = int(gl_LocalInvocationIndex); row < kWide * kWide; row += 64) {
-    const ivec2 yz = ivec2(row % kWide, row / kWide) - 1;
-    const vec3 voxel = vec3(origin + ivec3(-1, yz));
-    vec3 back = vec3(0.0), low = vec3(0.0), step = vec3(0.0);
-    vec3 at = (vec3(float(origin.x) / float(kNode), voxel.yz / float(kNode)) + 0.5) * per_node;
-    vec3 high = vec3(0.0);
-    if (kMoves != 0) {
-      low = textureLod(nodes, at - vec3(per_node.x, 0.0, 0.0), 0.0).xyz;
-      high = textureLod(nodes, at, 0.0).xyz;
-      step = (high - low) / float(kNode);
-      back = high - step;
-    }
-    for (int x = 0; x < kWide; ++x) {
-      values[x + kWide * row] = value_at(voxel + vec3(x, 0.0, 0.0), back);
-      back += step;
-      // x = 1 is the node at the brick's origin; the next node follows after kNode voxels.
-      if (kMoves != 0 && x % kNode == 0) {
-        at.x += per_node.x;
+  int row = int(gl_LocalInvocationIndex);
+  do {
+    if (row < kWide * kWide) {
+      const ivec2 yz = ivec2(row % kWide, row / kWide) - 1;
+      vec3 voxel = vec3(origin + ivec3(-1, yz));
+      int at = kWide * row;
+      if (kMoves == 0) {
+        vec3 back = vec3(0.0);
+        make_run(at, kWide, voxel, back, vec3(0.0));
+      } else {
+        vec3 place = (vec3(float(origin.x) / float(kNode), voxel.yz / float(kNode)) + 0.5) * per_node;
+        vec3 low = textureLod(nodes, place - vec3(per_node.x, 0.0, 0.0), 0.0).xyz;
+        vec3 high = textureLod(nodes, place, 0.0).xyz;
+        vec3 step = (high - low) / float(kNode), back = high - step;
+        make_run(at, 1, voxel, back, step);
+        ++at;
+        int node = 0;
+        do {
+          place.x += per_node.x;
+          low = high;
+          high = textureLod(nodes, place, 0.0).xyz;
+          step = (high - low) / float(kNode);
+          back = low;
+          make_run(at, kNode, voxel, back, step);
+          at += kNode;
+          ++node;
+        } while (node < kBrick / kNode);
         low = high;
-        high = textureLod(nodes, at, 0.0).xyz;
-        step = (high - low) / float(kNode);
+        place.x += per_node.x;
+        step = (textureLod(nodes, place, 0.0).xyz - low) / float(kNode);
         back = low;
+        make_run(at, 2, voxel, back, step);
       }
     }
-  }
+    row += 64;
+  } while (row < kWide * kWide);
 }
 
 void write_surface(ivec3 origin) {
   const int kNodes = kBrick + 1;
-  for (int row = int(gl_LocalInvocationIndex); row < kNodes * kNodes; row += 64) {
-    const ivec2 yz = ivec2(row % kNodes, row / kNodes);
-    const int here = 1 + kWide * (yz.x + 1 + kWide * (yz.y + 1));
-    const bool inside = all(lessThan(origin.yz + yz, push.size.yz));
-    float before = values[here - 1], value = values[here];
-    for (int x = 0; x < kNodes; ++x) {
-      const int at = here + x;
-      const float after = values[at + 1];
-      const vec3 slope = 0.5 * push.per_mm.xyz *
-                         vec3(after - before, values[at + kWide] - values[at - kWide],
-                              values[at + kWide * kWide] - values[at - kWide * kWide]);
-      if (inside && origin.x + x < push.size.x)
-        imageStore(surface, origin + ivec3(x, yz), vec4(slope, value));
-      before = value;
-      value = after;
+  int row = int(gl_LocalInvocationIndex);
+  do {
+    if (row < kNodes * kNodes) {
+      const ivec2 yz = ivec2(row % kNodes, row / kNodes);
+      const int here = 1 + kWide * (yz.x + 1 + kWide * (yz.y + 1));
+      const bool inside = all(lessThan(origin.yz + yz, push.size.yz));
+      float before = values[here - 1], value = values[here];
+      for (int x = 0; x < kNodes; ++x) {
+        const int at = here + x;
+        const float after = values[at + 1];
+        const vec3 slope = 0.5 * push.per_mm.xyz *
+                           vec3(after - before, values[at + kWide] - values[at - kWide],
+                                values[at + kWide * kWide] - values[at - kWide * kWide]);
+        if (inside && origin.x + x < push.size.x)
+          imageStore(surface, origin + ivec3(x, yz), vec4(slope, value));
+        before = value;
+        value = after;
+      }
     }
-  }
+    row += 64;
+  } while (row < kNodes * kNodes);
 }
 
 void main() {

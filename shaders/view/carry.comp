@@ -73,40 +73,50 @@ void box_of(uint eighths, out ivec3 low, out ivec3 high) {
 void make_rows(ivec3 origin, ivec3 box_low, ivec3 box_high) {
   const vec3 size = vec3(push.size.xyz), scale = 1.0 / size, last = size - 1.0;
   const ivec2 rows = box_high.yz - box_low.yz + 1;
-  for (int k = int(gl_LocalInvocationIndex); k < rows.x * rows.y; k += 64) {
-    const ivec2 yz = box_low.yz + ivec2(k % rows.x, k / rows.x);
-    const int row = yz.x + kWide * yz.y;
-    const bool inside = all(lessThan(origin.yz + yz, push.size.yz));
-    const vec2 within = vec2(yz % kNode) / float(kNode);
-    ivec3 at = ivec3(origin.x + box_low.x, origin.yz + yz) / kNode;
-    Column low, high = column(at, within), step;
-    float most_slope = 0.0;
-    for (int x = box_low.x; x <= box_high.x; ++x) {
-      if (x % kNode == 0) {
+  int k = int(gl_LocalInvocationIndex);
+  do {
+    if (k < rows.x * rows.y) {
+      const ivec2 yz = box_low.yz + ivec2(k % rows.x, k / rows.x);
+      const int row = yz.x + kWide * yz.y;
+      const bool inside = all(lessThan(origin.yz + yz, push.size.yz));
+      const vec2 within = vec2(yz % kNode) / float(kNode);
+      ivec3 at = ivec3(origin.x + box_low.x, origin.yz + yz) / kNode;
+      Column low, high = column(at, within), step;
+      float most_slope = 0.0;
+      // A box begins at a node.
+      int x = box_low.x;
+      do {
         low = high;
         ++at.x;
         high = column(at, within);
         step.b = (high.b - low.b) / float(kNode);
         step.along_y = (high.along_y - low.along_y) / float(kNode);
         step.along_z = (high.along_z - low.along_z) / float(kNode);
-      }
-      const float along = float(x % kNode);
-      const ivec3 voxel = origin + ivec3(x, yz);
-      const vec3 from = vec3(voxel) + low.b + along * step.b;
-      const vec4 read = textureLod(frame, (from + 0.5) * scale, 0.0);
-      const vec3 clamped = clamp(from, vec3(0.0), last);
-      const float value = read.w + 0.5 * dot(read.xyz, clamped - 0.5 * last);
-      const vec3 g = mix(vec3(0.0), read.xyz, equal(clamped, from));
-      const vec3 slope = g + vec3(dot(step.b, g), dot(low.along_y + along * step.along_y, g),
-                                  dot(low.along_z + along * step.along_z, g));
-      values[x + kWide * row] = value;
-      const vec3 steep = abs(slope);
-      most_slope = max(most_slope, steep.x + steep.y + steep.z);
-      if (inside && voxel.x < push.size.x)
-        imageStore(surface, voxel, vec4(slope * push.per_mm.xyz, value - 0.5 * dot(slope, vec3(voxel) - 0.5 * last)));
+        const int next_node = min(x + kNode, box_high.x + 1);
+        float along = 0.0;
+        do {
+          const ivec3 voxel = origin + ivec3(x, yz);
+          const vec3 from = vec3(voxel) + low.b + along * step.b;
+          const vec4 read = textureLod(frame, (from + 0.5) * scale, 0.0);
+          const vec3 clamped = clamp(from, vec3(0.0), last);
+          const float value = read.w + 0.5 * dot(read.xyz, clamped - 0.5 * last);
+          const vec3 g = mix(vec3(0.0), read.xyz, equal(clamped, from));
+          const vec3 slope = g + vec3(dot(step.b, g), dot(low.along_y + along * step.along_y, g),
+                                      dot(low.along_z + along * step.along_z, g));
+          values[x + kWide * row] = value;
+          const vec3 steep = abs(slope);
+          most_slope = max(most_slope, steep.x + steep.y + steep.z);
+          if (inside && voxel.x < push.size.x)
+            imageStore(surface, voxel,
+                       vec4(slope * push.per_mm.xyz, value - 0.5 * dot(slope, vec3(voxel) - 0.5 * last)));
+          along += 1.0;
+          ++x;
+        } while (x < next_node);
+      } while (x <= box_high.x);
+      steepest[row] = most_slope;
     }
-    steepest[row] = most_slope;
-  }
+    k += 64;
+  } while (k < rows.x * rows.y);
 }
 
 void main() {
