@@ -2,7 +2,6 @@
 #extension GL_GOOGLE_include_directive : require
 #include "include/read.glsl"
 #include "interface/motion.h"
-#include "include/next_voxel.glsl"
 #include "include/push.glsl"
 // The discrete start: the cost of every whole-voxel displacement from the present field at the listed nodes. Finds
 // motions larger than the spacing of structures, where a gradient points to the wrong structure.
@@ -43,15 +42,19 @@ void main() {
   const ivec3 end = min(begin + push.cell.xyz, push.size.xyz);
   float sum = 0.0;
   float counted = 0.0;
-  ivec3 at = begin;
-  do {
-    const vec4 f = READ(fixed_image, at);
-    const ivec3 partner = at + shift;
-    const bool outside = any(lessThan(partner, ivec3(0))) || any(greaterThanEqual(partner, push.size.xyz));
-    const float m = READ(moving_image, clamp(partner, ivec3(0), push.size.xyz - 1)).w;
-    const bool counts = abs(f.x) <= kLargestGradient;
-    sum += counts ? outside ? push.spacing_mm.w : min(abs(f.w - m), push.spacing_mm.w) : 0.0;
-    counted += counts ? 1.0 : 0.0;
-  } while (next_voxel(at, begin, end, 1));
+  for (int z = begin.z; z < end.z; ++z) {
+    for (int y = begin.y; y < end.y; ++y) {
+      for (int x = begin.x; x < end.x; ++x) {
+        const ivec3 at = ivec3(x, y, z);
+        const vec4 f = READ(fixed_image, at);
+        if (!(abs(f.x) <= kLargestGradient)) continue;
+        const ivec3 partner = at + shift;
+        const bool outside = any(lessThan(partner, ivec3(0))) || any(greaterThanEqual(partner, push.size.xyz));
+        const float m = READ(moving_image, clamp(partner, ivec3(0), push.size.xyz - 1)).w;
+        sum += outside ? push.spacing_mm.w : min(abs(f.w - m), push.spacing_mm.w);
+        counted += 1.0;
+      }
+    }
+  }
   cost[l * count + n] = counted > 0.0 ? sum / counted : 0.0;
 }

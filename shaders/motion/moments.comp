@@ -2,7 +2,6 @@
 #extension GL_GOOGLE_include_directive : require
 #include "include/read.glsl"
 #include "interface/motion.h"
-#include "include/next_voxel.glsl"
 // First and second moments of the intensity in cells of a few voxels, for local normalisation (normalise.comp): m1 =
 // mean(I), m2 = mean(I^2). On a coarser grid than the image because a wide low-pass follows: the same result for an
 // eighth of the work.
@@ -24,11 +23,14 @@ void main() {
   const ivec3 begin = i * push.cell.xyz;
   const ivec3 end = min(begin + push.cell.xyz, push.size.xyz);
   vec2 sum = vec2(0.0);
-  ivec3 at = begin;
-  do {
-    const float value = READ(image, at).r;
-    sum += vec2(value, value * value);
-  } while (next_voxel(at, begin, end, 1));
+  for (int z = begin.z; z < end.z; ++z) {
+    for (int y = begin.y; y < end.y; ++y) {
+      for (int x = begin.x; x < end.x; ++x) {
+        const float value = READ(image, ivec3(x, y, z)).r;
+        sum += vec2(value, value * value);
+      }
+    }
+  }
   const ivec3 n = end - begin;
   imageStore(moments, i, vec4(sum / float(n.x * n.y * n.z), 0.0, 0.0));
 }

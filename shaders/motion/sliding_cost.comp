@@ -2,7 +2,6 @@
 #extension GL_GOOGLE_include_directive : require
 #include "include/read.glsl"
 #include "interface/motion.h"
-#include "include/next_voxel.glsl"
 #include "include/bricks.glsl"
 #include "include/sliding.glsl"
 // How badly the intensities of the frames match if a cell has its own motion, or that of one of the candidates:
@@ -85,16 +84,19 @@ void main() {
   const ivec3 begin = cell * push.cell.xyz;
   const ivec3 end = min(begin + push.cell.xyz, push.size.xyz);
   vec4 sum = vec4(0.0);
-  ivec3 at = begin;
-  do {
-    if (inside(vec3(at) + own) && abs(READ(packed_image, at).x) <= kLargestGradient) {
-      const float f = gain * READ(fixed_image, at).r + offset;
-      if (kOwn != 0) {
-        sum += vec4(unlike(f, vec3(at) + own));
-      } else {
-        for (int c = 0; c < 4; ++c) sum[c] += unlike(f, vec3(at) + v[c]);
+  for (int z = begin.z; z < end.z; ++z) {
+    for (int y = begin.y; y < end.y; ++y) {
+      for (int x = begin.x; x < end.x; ++x) {
+        const ivec3 at = ivec3(x, y, z);
+        if (!inside(vec3(at) + own) || !(abs(READ(packed_image, at).x) <= kLargestGradient)) continue;
+        const float f = gain * READ(fixed_image, at).r + offset;
+        if (kOwn != 0) {
+          sum += vec4(unlike(f, vec3(at) + own));
+        } else {
+          for (int c = 0; c < 4; ++c) sum[c] += unlike(f, vec3(at) + v[c]);
+        }
       }
     }
-  } while (next_voxel(at, begin, end, 1));
+  }
   imageStore(costs, cell, sum / float(push.cell.x * push.cell.y * push.cell.z));
 }

@@ -2,7 +2,6 @@
 #extension GL_GOOGLE_include_directive : require
 #include "include/read.glsl"
 #include "interface/motion.h"
-#include "include/next_voxel.glsl"
 #include "include/bricks.glsl"
 // Moments of two frames that a field aligns, from which the gain between them follows: per cell the means of
 //   F, M(x + u), F^2, F M(x + u)
@@ -35,16 +34,20 @@ void main() {
   float count = 0.0;
   // The second voxel of each pair; along an axis on which the cell has one voxel, that one.
   const ivec3 first = min(begin + 1, end - 1);
-  ivec3 at = first;
-  do {
-    const float f = READ(fixed_image, at).r;
-    const vec3 place = (vec3(at) + 0.5) / vec3(push.cell.xyz * push.cells.xyz);
-    const vec3 partner = vec3(at) + textureLod(field, place, 0.0).xyz / push.spacing_mm.xyz;
-    const bool counts = all(greaterThanEqual(partner, vec3(-0.5))) && all(lessThanEqual(partner, size - 0.5)) &&
-                        abs(READ(packed_image, at).x) <= kLargestGradient;
-    const float m = counts ? textureLod(moving_image, (partner + 0.5) / size, 0.0).r : f;
-    sum += vec4(f, m, f * f, f * m);
-    count += 1.0;
-  } while (next_voxel(at, first, end, 2));
+  for (int z = first.z; z < end.z; z += 2) {
+    for (int y = first.y; y < end.y; y += 2) {
+      for (int x = first.x; x < end.x; x += 2) {
+        const ivec3 at = ivec3(x, y, z);
+        const float f = READ(fixed_image, at).r;
+        const vec3 place = (vec3(at) + 0.5) / vec3(push.cell.xyz * push.cells.xyz);
+        const vec3 partner = vec3(at) + textureLod(field, place, 0.0).xyz / push.spacing_mm.xyz;
+        const bool counts = all(greaterThanEqual(partner, vec3(-0.5))) && all(lessThanEqual(partner, size - 0.5)) &&
+                            abs(READ(packed_image, at).x) <= kLargestGradient;
+        const float m = counts ? textureLod(moving_image, (partner + 0.5) / size, 0.0).r : f;
+        sum += vec4(f, m, f * f, f * m);
+        count += 1.0;
+      }
+    }
+  }
   imageStore(means, cell, sum / max(count, 1.0));
 }

@@ -41,7 +41,8 @@
 //
 // A CPU driver runs eight neighbouring pixels in step, executes both sides of every "if", and leaves a loop only at its
 // end. A loop that is left by a test at its start runs through its body once more, for none of them. So loops that may
-// take no round are tested at their end, with their body in an "if".
+// take no round are tested at their end, with their body in an "if". What is used after such a loop must be changed in
+// that "if": pixels that have left the loop run on with their neighbours, and lose what is changed outside of it.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform Parameters { ViewParameters view; };
 layout(set = 0, binding = 1) uniform samplerBuffer tables;
