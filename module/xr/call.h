@@ -41,6 +41,32 @@ class XrHandle {
   T handle_ = XR_NULL_HANDLE;
 };
 
+/// The same for handles that are destroyed by a function that the runtime gives. Move-only.
+template <class T>
+class ExtensionHandle {
+ public:
+  using Destroy = XrResult(XRAPI_PTR*)(T);
+  ExtensionHandle() = default;
+  explicit ExtensionHandle(Destroy destroy) : destroy_(destroy) {}
+  ExtensionHandle(ExtensionHandle&& other) noexcept
+      : handle_(std::exchange(other.handle_, XR_NULL_HANDLE)), destroy_(other.destroy_) {}
+  ExtensionHandle& operator=(ExtensionHandle&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    std::swap(destroy_, other.destroy_);
+    return *this;
+  }
+  ~ExtensionHandle() {
+    if (handle_ != XR_NULL_HANDLE) destroy_(handle_);
+  }
+  T get() const { return handle_; }
+  T* out() { return &handle_; }
+  explicit operator bool() const { return handle_ != XR_NULL_HANDLE; }
+
+ private:
+  T handle_ = XR_NULL_HANDLE;
+  Destroy destroy_ = nullptr;
+};
+
 inline Pose pose_of(const XrPosef& pose) {
   const glm::dquat q(pose.orientation.w, pose.orientation.x, pose.orientation.y,
                      pose.orientation.z);

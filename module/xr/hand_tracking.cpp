@@ -32,15 +32,15 @@ Outcome<HandTracking> HandTracking::make(const Instance& instance, const System&
     XrHandTrackerCreateInfoEXT create{XR_TYPE_HAND_TRACKER_CREATE_INFO_EXT};
     create.hand = side == 0 ? XR_HAND_LEFT_EXT : XR_HAND_RIGHT_EXT;
     create.handJointSet = XR_HAND_JOINT_SET_DEFAULT_EXT;
-    XrHandTrackerEXT handle = XR_NULL_HANDLE;
+    ExtensionHandle<XrHandTrackerEXT> tracker(instance.destroy_hand_tracker);
     const Done asked = done("xrCreateHandTrackerEXT",
-                            instance.create_hand_tracker(session.handle(), &create, &handle));
+                            instance.create_hand_tracker(session.handle(), &create, tracker.out()));
     if (!asked) {
       const Done refused = made.refuse(asked.error());
       if (!refused) return refused.error();
       return made;
     }
-    made.trackers_[side] = Tracker(handle, instance.destroy_hand_tracker);
+    made.trackers_[side] = std::move(tracker);
   }
   return made;
 }

@@ -45,35 +45,12 @@ class HandTracking {
   const std::string& refused() const { return refused_; }
 
  private:
-  /// Like XrHandle, but destroyed by a function that the runtime gives.
-  class Tracker {
-   public:
-    Tracker() = default;
-    Tracker(XrHandTrackerEXT handle, PFN_xrDestroyHandTrackerEXT destroy)
-        : handle_(handle), destroy_(destroy) {}
-    Tracker(Tracker&& other) noexcept
-        : handle_(std::exchange(other.handle_, XR_NULL_HANDLE)), destroy_(other.destroy_) {}
-    Tracker& operator=(Tracker&& other) noexcept {
-      std::swap(handle_, other.handle_);
-      std::swap(destroy_, other.destroy_);
-      return *this;
-    }
-    ~Tracker() {
-      if (handle_ != XR_NULL_HANDLE) destroy_(handle_);
-    }
-    XrHandTrackerEXT get() const { return handle_; }
-    explicit operator bool() const { return handle_ != XR_NULL_HANDLE; }
-
-   private:
-    XrHandTrackerEXT handle_ = XR_NULL_HANDLE;
-    PFN_xrDestroyHandTrackerEXT destroy_ = nullptr;
-  };
   Done refuse(const Problem& problem);
   void see(const XrHandJointLocationEXT* joints, const Pose& world_from_base, size_t side,
            Fingers& fingers);
 
   PFN_xrLocateHandJointsEXT locate_ = nullptr;
-  std::array<Tracker, 2> trackers_;  ///< left, right
+  std::array<ExtensionHandle<XrHandTrackerEXT>, 2> trackers_;  ///< left, right
   std::array<Pinch, 2> pinches_;
   std::string refused_;
 };

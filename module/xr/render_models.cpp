@@ -55,7 +55,7 @@ Outcome<RenderModels::KnownModel> RenderModels::make(const OpenXrSession& sessio
                                                      ModelId id) const {
   KnownModel model;
   model.id = id;
-  model.handle = Owned<ModelHandle>(functions_.destroy);
+  model.handle = ExtensionHandle<ModelHandle>(functions_.destroy);
   ModelCreateInfo create;
   create.model = id;
   Done made = done("xrCreateRenderModelEXT",
@@ -84,7 +84,7 @@ Outcome<RenderModels::KnownModel> RenderModels::make(const OpenXrSession& sessio
 
 Outcome<std::shared_ptr<const ModelAsset>> RenderModels::asset_of(
     const OpenXrSession& session, const ModelProperties& properties) const {
-  Owned<AssetHandle> handle(functions_.destroy_asset);
+  ExtensionHandle<AssetHandle> handle(functions_.destroy_asset);
   AssetCreateInfo create;
   create.cache_id = properties.cache_id;
   Done read = done("xrCreateRenderModelAssetEXT",

@@ -30,33 +30,9 @@ class RenderModels {
   const std::string& refused() const { return refused_; }
 
  private:
-  /// Like XrHandle, but destroyed by a function that the runtime gives.
-  template <class Handle>
-  class Owned {
-   public:
-    using Destroy = XrResult(XRAPI_PTR*)(Handle);
-    Owned() = default;
-    explicit Owned(Destroy destroy) : destroy_(destroy) {}
-    Owned(Owned&& other) noexcept
-        : handle_(std::exchange(other.handle_, nullptr)), destroy_(other.destroy_) {}
-    Owned& operator=(Owned&& other) noexcept {
-      std::swap(handle_, other.handle_);
-      std::swap(destroy_, other.destroy_);
-      return *this;
-    }
-    ~Owned() {
-      if (handle_) destroy_(handle_);
-    }
-    Handle get() const { return handle_; }
-    Handle* out() { return &handle_; }
-
-   private:
-    Handle handle_ = nullptr;
-    Destroy destroy_ = nullptr;
-  };
   struct KnownModel {
     ModelId id = 0;
-    Owned<ModelHandle> handle;
+    ExtensionHandle<ModelHandle> handle;
     XrHandle<XrSpace, xrDestroySpace> space;
     ModelUuid cache_id{};
     std::shared_ptr<const ModelAsset> asset;

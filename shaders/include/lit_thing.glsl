@@ -1,9 +1,6 @@
 // The colour of opaque bodies, beside the volumes that raycast.comp draws. Needs the block `view`.
 
-vec3 encoded(vec3 c) {
-  c = clamp(c, 0.0, 1.0);
-  return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, greaterThan(c, vec3(0.0031308)));
-}
+#include "include/srgb.glsl"
 
 /// sRGB and coverage, RGBA8, of a body of this linear colour, seen along `way`.
 uint shaded(vec3 colour, vec3 way, vec3 normal, float covered) {

@@ -83,7 +83,7 @@ void make_rows(ivec3 origin, ivec3 box_low, ivec3 box_high) {
       ivec3 at = ivec3(origin.x + box_low.x, origin.yz + yz) / kNode;
       Column low, high = column(at, within), step;
       float most_slope = 0.0;
-      // A box begins at a node.
+      // A box begins at a node. All rows of it are equally long, so their invocations leave these loops together.
       int x = box_low.x;
       do {
         low = high;

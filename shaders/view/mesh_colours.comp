@@ -36,8 +36,7 @@ vec3 turned(MeshPart part, vec3 n) {
 
 vec3 linear_texel(int first, ivec2 size, ivec2 at) {
   at = at - size * ivec2(floor(vec2(at) / vec2(size)));
-  const vec3 c = unpackUnorm4x8(texels[first + at.x + size.x * at.y]).rgb;
-  return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
+  return decoded(unpackUnorm4x8(texels[first + at.x + size.x * at.y]).rgb);
 }
 
 /// The texture's colour, from the level whose texels are about as large as the pixel.

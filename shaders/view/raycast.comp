@@ -40,9 +40,10 @@
 // forms: tests/view/light_test.cpp (transmittance), surface_test.cpp (places).
 //
 // A CPU driver runs eight neighbouring pixels in step, executes both sides of every "if", and leaves a loop only at its
-// end. A loop that is left by a test at its start runs through its body once more, for none of them. So loops that may
-// take no round are tested at their end, with their body in an "if". What is used after such a loop must be changed in
-// that "if": pixels that have left the loop run on with their neighbours, and lose what is changed outside of it.
+// end. A loop that is left by a test at its start runs through its body once more, for none of them. So loops are tested
+// at their end, with their body in an "if" of a condition that may be false from the start. What is used after such a
+// loop must be changed in that "if": what is changed outside of it goes on changing for pixels that have left the loop,
+// as long as a neighbour is in it.
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0) uniform Parameters { ViewParameters view; };
 layout(set = 0, binding = 1) uniform samplerBuffer tables;
@@ -77,6 +78,7 @@ layout(constant_id = 7) const int kLit = 0;  // the light grid is read
 layout(constant_id = 8) const int kRefines = 1;  // segments are halved, and drawn anew where that matters
 
 #include "include/classified.glsl"
+#include "include/srgb.glsl"
 
 const float kStop = 1.0 / 256.0;
 const float kAlbedo = 0.4;  // share of its colour that tissue sends on
@@ -237,14 +239,6 @@ vec3 sent_on(vec4 glow, Shade shade) {
 // Lit colour times extinction, and extinction, from colour times extinction.
 vec4 lit(vec4 glow, Shade shade, vec3 tint) {
   return shade.kept * vec4(glow.rgb * shade.left * tint + glow.w * shade.gloss, glow.w);
-}
-
-vec3 encoded(vec3 c) {
-  c = clamp(c, 0.0, 1.0);
-  return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, greaterThan(c, vec3(0.0031308)));
-}
-vec3 decoded(vec3 c) {
-  return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
 }
 
 // Interleaved gradient noise (Jimenez 2014): differs between neighbours, constant in time.
@@ -534,7 +528,7 @@ void draw(ivec2 pixel, int eye, ivec2 size, uint out_index) {
   float from = begin;
   const int parts = kThings != 0 && thing_at < kFar ? 2 : 1;
   int part = 0;
-  bool goes_on = true;
+  bool goes_on = begin < finish || thing_at < kFar;
   do {
     if (goes_on) {
       march(from, parts == 2 && part == 0 ? min(thing_at, finish) : finish, dt, jitter, light);

@@ -1,4 +1,5 @@
 #version 460
+#extension GL_GOOGLE_include_directive : require
 // Converts the picture to another image format: red and blue swapped, or the encoding removed for images whose values
 // are taken as linear (IEC 61966-2-1):
 //   linear = e / 12.92 for e <= 0.04045, else ((e + 0.055) / 1.055)^2.4.
@@ -20,9 +21,7 @@ layout(constant_id = 0) const int kSwapped = 0;
 layout(constant_id = 1) const int kLinear = 0;
 layout(constant_id = 2) const int kHalf = 0;
 
-vec3 decoded(vec3 c) {
-  return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
-}
+#include "include/srgb.glsl"
 
 void main() {
   const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

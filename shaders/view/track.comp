@@ -80,8 +80,7 @@ bool solve(vec3 x, inout vec3 y) {
   float best_miss = 3.0e38;
   bool unfolded = false;
   // One evaluation per round; if it is no better than the best one, the step that led there is halved.
-  int round = 0;
-  do {
+  for (int round = 0; round < kSteps && best_miss > push.phase.y; ++round) {
     const Reading r = read(field_index(at));
     const vec3 off = at + g * r.u - x;
     const float miss = length(off);
@@ -102,8 +101,7 @@ bool solve(vec3 x, inout vec3 y) {
       step *= 0.5;
     }
     at = best + step;
-    ++round;
-  } while (round < kSteps && best_miss > push.phase.y);
+  }
   y = best;
   return best_miss <= push.phase.y && unfolded;
 }
