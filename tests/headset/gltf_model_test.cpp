@@ -65,7 +65,10 @@ TEST(GltfModelTest, PartsLieWhereTheirNodesAre) {
 }
 
 TEST(GltfModelTest, NodesAreMovedAndHiddenAsTheRuntimeSays) {
-  const GltfModel model = read(test::made_controller());
+  GltfModel model = read(test::made_controller());
+  // The runtime's pose takes the place of all that the asset has, its scale too.
+  for (GltfModel::GltfNode& node : model.nodes)
+    if (node.name == "trigger") node.parent_from_node[0] *= 2.0;
   xr::HeldModel held = held_at({0.0, 0.0, 0.0});
   held.world_from_model.rotation = glm::angleAxis(std::acos(0.0), glm::dvec3(0, 0, 1));
   held.nodes.resize(2);
@@ -76,6 +79,7 @@ TEST(GltfModelTest, NodesAreMovedAndHiddenAsTheRuntimeSays) {
   if (meshes[0].mesh->colour.g > 0.5F) std::swap(meshes[0], meshes[1]);
   const auto [low, high] = box_of(meshes[1]);
   EXPECT_LT(glm::distance(0.5 * (low + high), glm::dvec3(0.03, 0.0, 0.0)), 1e-6);
+  EXPECT_LT(glm::distance(high - low, glm::dvec3(0.01)), 1e-6);
   held.nodes[1].visible = false;
   meshes = placed(model, held);
   ASSERT_EQ(meshes.size(), 1u);

@@ -252,9 +252,9 @@ TEST_F(MeshTest, MeshesThingsAndVolumesHideEachOtherByTheirDepth) {
 }
 
 TEST_F(MeshTest, TrianglesTooNearTheEyeAreNotDrawn) {
-  // One reaches behind the eye.
+  // One reaches to half the nearest depth; most of it lies beyond.
   auto mesh = std::make_shared<Mesh>();
-  mesh->vertices = {{{-0.1F, 0.0F, 0.0F}}, {{0.1F, 0.0F, 0.0F}}, {{0.0F, 0.01F, 0.4F}}};
+  mesh->vertices = {{{-0.1F, 0.0F, 0.0F}}, {{0.1F, 0.0F, 0.0F}}, {{0.0F, 0.004F, 0.24F}}};
   mesh->triangles = {{0, 1, 2}};
   scene_.meshes = {{mesh, glm::dmat4(1.0)}};
   const Picture picture = draw_one();
