@@ -8,7 +8,7 @@ namespace palpate::vulkan {
 namespace {
 
 constexpr uint32_t kMaxStamps = 256;
-constexpr uint32_t kMaxBindingsPerDispatch = 20;
+constexpr uint32_t kMaxBindingsPerDispatch = 22;
 
 /// Writes what a kernel's bindings refer to into its descriptor set.
 void write_set(VkDevice device, VkDescriptorSet set, const Kernel& kernel,

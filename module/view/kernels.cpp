@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "shaders/interface/view.h"
+#include "spirv/view/between.h"
 #include "spirv/view/brick.h"
 #include "spirv/view/carry.h"
 #include "spirv/view/curve.h"
@@ -101,11 +102,16 @@ const vulkan::Kernel& Kernels::light_halve() {
 const vulkan::Kernel& Kernels::light() {
   return get(k_view_light, 0);
 }
-const vulkan::Kernel& Kernels::raycast(int volumes, bool things, bool skip, bool count, bool masked,
-                                       bool texels, uint32_t backdrop, bool lit, bool refines) {
-  return get(k_view_raycast, 0,
-             {uint32_t(volumes), things ? 1U : 0U, skip ? 1U : 0U, count ? 1U : 0U,
-              masked ? 1U : 0U, texels ? 1U : 0U, backdrop, lit ? 1U : 0U, refines ? 1U : 0U});
+const vulkan::Kernel& Kernels::raycast(const RaycastChoices& choices) {
+  const auto bit = [](bool is) { return is ? 1U : 0U; };
+  return get(k_view_raycast, sizeof(RaycastPush),
+             {uint32_t(choices.volumes), bit(choices.things), bit(choices.skip), bit(choices.count),
+              bit(choices.masked), bit(choices.texels), choices.backdrop, bit(choices.lit),
+              bit(choices.refines)});
+}
+const vulkan::Kernel& Kernels::between(const RaycastChoices& choices) {
+  return get(k_view_between, 0,
+             {choices.things ? 1U : 0U, choices.masked ? 1U : 0U, choices.backdrop});
 }
 
 }  // namespace palpate::view

@@ -10,6 +10,19 @@
 
 namespace palpate::view {
 
+/// What the kernel of the rays is compiled for.
+struct RaycastChoices {
+  int volumes = 1;  ///< to kMostVolumes
+  bool things = false;
+  bool skip = true;       ///< off: marches everywhere, for measurements
+  bool count = false;     ///< samples are counted, for measurements
+  bool masked = false;    ///< not all pixels are visible
+  bool texels = true;     ///< skip words are read as texels
+  uint32_t backdrop = 0;  ///< see view::backdrop_bits(); 0: none
+  bool lit = false;       ///< the light grid is read
+  bool refines = true;    ///< see RendererOptions
+};
+
 /// Every kernel of the view, compiled when first asked for and kept. Any thread.
 class Kernels {
  public:
@@ -39,12 +52,9 @@ class Kernels {
   const vulkan::Kernel& light_density(bool texels);
   const vulkan::Kernel& light_halve();
   const vulkan::Kernel& light();
-  /// volumes: 1 to kMostVolumes. skip: off marches everywhere; count: samples are counted. Both for
-  /// measurements. masked: not all pixels are visible. texels: skip words are read as texels.
-  /// backdrop: see view::backdrop_bits(); 0: none. lit: the light grid is read.
-  /// refines: see RendererOptions.
-  const vulkan::Kernel& raycast(int volumes, bool things, bool skip, bool count, bool masked,
-                                bool texels, uint32_t backdrop, bool lit, bool refines);
+  const vulkan::Kernel& raycast(const RaycastChoices& choices);
+  /// Of the choices only things, masked, and backdrop matter.
+  const vulkan::Kernel& between(const RaycastChoices& choices);
 
   const vulkan::Sampler& linear() const { return linear_; }
   const vulkan::Sampler& nearest() const { return nearest_; }

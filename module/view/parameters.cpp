@@ -101,6 +101,28 @@ ViewVolumeParameters volume_parameters_of(const ViewScene& scene, const ViewVolu
   return p;
 }
 
+SeenVoxels seen_voxels(const ViewVolume& volume, const Eye& eye, PictureSize size,
+                       const ResidentFrames& frames) {
+  const Transform& transform = volume.world_from_volume;
+  const glm::dmat3 volume_from_index = glm::inverse(frames.place.index_from_volume);
+  SeenVoxels seen;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 share(corner & 1, corner >> 1 & 1, corner >> 2);
+    const glm::dvec3 index = share * glm::dvec3(frames.place.size) - 0.5;
+    const glm::dvec3 world =
+        transform.world_from_volume(volume_from_index * (index - frames.place.offset));
+    const glm::dvec3 from_eye = glm::conjugate(eye.orientation) * (world - eye.position_m);
+    seen.farthest_m = std::max(seen.farthest_m, -from_eye.z);
+  }
+  const glm::dvec3 &spacing = frames.spacing_mm, &scale = transform.scale;
+  const double voxel_m =
+      1e-3 * std::min({spacing.x, spacing.y, spacing.z}) * std::min({scale.x, scale.y, scale.z});
+  const double pixel = std::max((eye.tan_right - eye.tan_left) / size.width,
+                                (eye.tan_up - eye.tan_down) / size.height);
+  seen.least_pixels = voxel_m / std::max(pixel * seen.farthest_m, 1e-12);
+  return seen;
+}
+
 void fill_table(const Look& look, double lowest, double highest, std::span<glm::vec4> table,
                 std::span<uint32_t> next, std::span<float> most) {
   uint32_t following = kTable;

@@ -24,6 +24,14 @@ view_shaders::ViewVolumeParameters volume_parameters_of(const ViewScene& scene,
                                                         const ResidentFrames& frames,
                                                         double samples_per_voxel);
 
+/// How a volume is seen by an eye where it is farthest.
+struct SeenVoxels {
+  double farthest_m = 0.0;     ///< depth t of the farthest corner of its box
+  double least_pixels = 1e30;  ///< edge of its finest voxel there
+};
+SeenVoxels seen_voxels(const ViewVolume& volume, const Eye& eye, PictureSize size,
+                       const ResidentFrames& frames);
+
 /// Colour and extinction for each of the kTable values from lowest to highest, then the integrals
 /// of extinction times colour and of extinction up to each of them, in entries. Then for each of
 /// them the next one, itself included, that has extinction (kTable where none follows). most:

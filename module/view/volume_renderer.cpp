@@ -8,6 +8,7 @@
 #include "module/view/light_grid.h"
 #include "module/view/mesh_list.h"
 #include "module/view/parameters.h"
+#include "module/view/ray_lattice.h"
 #include "module/view/shown_volume.h"
 #include "module/view/thing_list.h"
 #include "shaders/interface/view.h"
@@ -32,6 +33,10 @@ constexpr double kThinLoss = 0.01;
 constexpr double kShortSteps = 1.0 / 3.0;
 constexpr size_t kMostGiven = 4;  // volumes of a scene; their segments come on top
 constexpr double kMostSegmentOpacity = 0.99;
+// Pixels along the edge of a voxel from which on rays are drawn for every second pixel first:
+// nothing as large as two voxels lies between two such rays.
+constexpr double kLeastVoxel = 1.0;
+constexpr int kMostListed = 1 << kItemBits;  // pixels along an edge of a picture of listed pixels
 
 /// The film around distance 0 that a segment's surface is drawn as: half a voxel to either side,
 /// and wide enough for the entries of a look's table.
@@ -63,6 +68,7 @@ Result<std::unique_ptr<VolumeRenderer>> VolumeRenderer::make(
   // Bricks are made one further than what shows: a longer segment would end beyond.
   if (!(options.samples_per_voxel >= 0.125) || !(options.near_m > 0.0))
     return refused("samples per voxel must be at least 0.125, and the nearest depth above 0");
+  if (!(options.smooth >= 0.0)) return refused("what is smooth must be 0 or more");
   return tried([&] {
     return std::unique_ptr<VolumeRenderer>(new VolumeRenderer(std::move(context), options));
   });
@@ -94,6 +100,8 @@ VolumeRenderer::VolumeRenderer(std::shared_ptr<vulkan::Context> context,
   colour_ = Buffer(context_, 4 * pixels);
   depth_ = Buffer(context_, 4 * pixels);
   samples_ = Buffer(context_, options_.count_samples ? 8 * pixels : 8);
+  if (options_.smooth > 0.0 && std::max(options_.most.width, options_.most.height) <= kMostListed)
+    lattice_ = std::make_unique<view::RayLattice>(context_, options_.most, options_.most_eyes);
   recorder_ = std::make_unique<vulkan::Recorder>(context_, 96);
 }
 
@@ -282,8 +290,15 @@ Status VolumeRenderer::prepare(const ViewScene& scene, std::span<const Eye> eyes
     all = std::make_shared<const VisiblePixels>(
         VisiblePixels{size, int(eyes.size()), std::vector<uint64_t>(eyes.size(), ~uint64_t(0))});
   }
-  if (const Status started = start(scene, eyes, size, std::move(all)); !started) return started;
-  if (const Status waited = wait(); !waited) return waited;
+  // Seen smaller than pixels, voxels have rays of all pixels; from close by they may not.
+  std::vector<Eye> close(eyes.begin(), eyes.end());
+  for (Eye& eye : close)
+    for (double* tangent : {&eye.tan_left, &eye.tan_right, &eye.tan_down, &eye.tan_up})
+      *tangent *= 1e-4;
+  for (const std::span<const Eye> these : {eyes, std::span<const Eye>(close)}) {
+    if (const Status started = start(scene, these, size, all); !started) return started;
+    if (const Status waited = wait(); !waited) return waited;
+  }
   // A scene may have no meshes yet.
   return tried([&] {
     for (const int pass : {0, 1}) (void)kernels_->meshes(pass);
@@ -339,6 +354,7 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
   }
   ViewParameters& parameters = parameters_.as<ViewParameters>()[0];
   parameters = view::parameters_of(scene, eyes, size, options_.near_m);
+  for (int e = 0; e < eyes_ && lattice_; ++e) parameters.smooth_below[e] = float(options_.smooth);
   std::vector<const view::ShownVolume*> drawn;
   bool changed = false;
   for (size_t v = 0; v < volumes.size(); ++v) {
@@ -352,6 +368,12 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
     parameters.volumes[v].bricks = glm::ivec4(shown->bricks(), shown->first_skip_word());
     parameters.volumes[v].table.z = float(kTable * shown->slot());
     drawn.push_back(shown);
+    for (size_t e = 0; e < eyes.size(); ++e) {
+      const view::SeenVoxels seen =
+          view::seen_voxels(volumes[v], eyes[e], size, *shown->resident().frames);
+      parameters.background_low.w = std::max(parameters.background_low.w, float(seen.farthest_m));
+      if (seen.least_pixels < kLeastVoxel) parameters.smooth_below[int(e)] = 0.0F;
+    }
   }
   const bool lit = scene.shadows > 0.0;
   light_is_old_ = light_is_old_ || changed;
@@ -389,11 +411,27 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
   }
   bindings.emplace_back(images ? backdrop_ : samples_);
   bindings.emplace_back(lit ? light_->light() : drawn[0]->surface(), kernels_->linear());
-  recorder.dispatch(
-      kernels_->raycast(int(drawn.size()), things, options_.skip_empty, options_.count_samples,
-                        visible_ != nullptr, skip_texels_.whole(),
-                        images ? view::backdrop_bits(*images) : 0U, lit, options_.refines),
-      bindings, nullptr, {(size.width + 7) / 8, (size.height + 7) / 8, eyes_});
+  bindings.emplace_back(lattice_ ? lattice_->points() : samples_);
+  bindings.emplace_back(lattice_ ? lattice_->list() : samples_);
+  view::RaycastChoices choices;
+  choices.volumes = int(drawn.size());
+  choices.things = things;
+  choices.skip = options_.skip_empty;
+  choices.count = options_.count_samples;
+  choices.masked = visible_ != nullptr;
+  choices.texels = skip_texels_.whole();
+  choices.backdrop = images ? view::backdrop_bits(*images) : 0U;
+  choices.lit = lit;
+  choices.refines = options_.refines;
+  if (parameters.smooth_below != glm::vec4(0.0F)) {
+    if (options_.count_samples) recorder.fill(samples_, 0);
+    lattice_->record(recorder, *kernels_, size, eyes_, choices, bindings,
+                     {parameters_, thing_depth_, visible_ ? visible_tiles_ : samples_,
+                      images ? backdrop_ : samples_, colour_, depth_});
+  } else {
+    recorder.dispatch(kernels_->raycast(choices), bindings, RaycastPush{},
+                      {(size.width + 7) / 8, (size.height + 7) / 8, eyes_});
+  }
   recorder.stamp("rays");
   if (images) view::record_into(*images, eyes_, size, recorder, colour_, depth_);
 }

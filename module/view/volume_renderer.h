@@ -19,6 +19,7 @@ namespace view {
 class Kernels;
 class LightGrid;
 class MeshList;
+class RayLattice;
 class ShownVolume;
 class ThingList;
 struct LookTables;
@@ -36,6 +37,11 @@ struct RendererOptions {
   /// Four times as many samples where the light changes, as at surfaces. Off: less work for smooth
   /// looks.
   bool refines = true;
+  /// Rays are drawn for every second pixel along both axes first, and for those between only where
+  /// the picture is not smooth: where brightness (sRGB) or transmittance differ by more than this
+  /// from the mean of two neighbours, times 2. Pictures in which voxels are smaller than pixels
+  /// have rays for all pixels, as all pictures have with 0. From 4 on none between are drawn.
+  double smooth = 16.0 / 255.0;
   double near_m = 0.02;        ///< nothing is drawn closer to an eye
   bool skip_empty = true;      ///< off: every sample is taken
   bool count_samples = false;  ///< statistics() then has samples
@@ -75,7 +81,7 @@ class VolumeRenderer {
   /// the picture in the making.
   Status set_volumes(std::span<const std::shared_ptr<const MovingVolume>> volumes);
 
-  /// Draws a small picture of the scene and waits for it: the kernels that it takes are compiled
+  /// Draws small pictures of the scene and waits for them: the kernels that it takes are compiled
   /// then, which takes a second on some CPU drivers, and its volumes are at its phase. Off the
   /// frame loop. masked: for pictures of which not all is seen.
   Status prepare(const ViewScene& scene, std::span<const Eye> eyes, bool masked);
@@ -122,7 +128,8 @@ class VolumeRenderer {
   std::unique_ptr<view::ThingList> things_;
   std::unique_ptr<view::MeshList> meshes_;
   std::unique_ptr<view::LightGrid> light_;
-  bool light_is_old_ = true;  ///< phases or looks have changed since it was made
+  std::unique_ptr<view::RayLattice> lattice_;  ///< null if rays of all pixels are drawn
+  bool light_is_old_ = true;                   ///< phases or looks have changed since it was made
   std::vector<std::shared_ptr<const view::ResidentVolume>> residents_;
   /// A segment as a volume of its own: its signed distance, moved as the volume's values are.
   struct SegmentVolume {

@@ -76,7 +76,7 @@ struct ViewParameters {
   ViewRays rays[kMostEyes];
   vec4 planes[8];                  // a point is kept where dot(xyz, point) >= w; world, m
   vec4 background;                 // linear colour; w: nearest depth t, m
-  vec4 background_low;             // at the bottom of the picture
+  vec4 background_low;             // at the bottom; w: farthest depth t of any volume, m
   vec4 light;                      // towards the light, world
   ivec4 counts;                    // eyes, planes, width, height
   vec4 backdrop;                   // of a host's picture: 1 / t = x + y d, 1/m, for its depth d
@@ -84,11 +84,12 @@ struct ViewParameters {
   vec4 light_planes[8];            // planes, in cells
   vec4 light_way;                  // towards the light, along the axes of the cells
   vec4 light_cells;                // along each axis; w: share of the light that can be taken
+  vec4 smooth_below;  // of each eye: RendererOptions::smooth, or 0 to draw rays of all pixels
   ViewVolumeParameters volumes[8];
 };
 PALPATE_SIZE(ViewRays, 64);
 PALPATE_SIZE(ViewVolumeParameters, 384);
-PALPATE_SIZE(ViewParameters, 3952);
+PALPATE_SIZE(ViewParameters, 3968);
 
 // A round cone: the union of all spheres between two, with centre and radius blended.
 struct ViewThing {
@@ -117,6 +118,16 @@ struct MeshPart {
 };
 PALPATE_SIZE(MeshPart, 96);
 PALPATE_CONSTANT int kItemTriangles = 64;  // that a workgroup draws
+
+PALPATE_CONSTANT int kItemBits = 14;            // of a pixel's coordinate in a list
+PALPATE_CONSTANT int kMostListGroups = 0x8000;  // along x
+PALPATE_CONSTANT int kRaysOfAllPixels = 0;
+PALPATE_CONSTANT int kRaysOfLattice = 1;
+PALPATE_CONSTANT int kRaysOfList = 2;
+struct RaycastPush {
+  ivec4 rays;  // x: of which pixels
+};
+PALPATE_SIZE(RaycastPush, 16);
 
 struct PrefilterPush {
   ivec4 size;

@@ -34,6 +34,8 @@
 //                                                               depths (if kBackdrop); rays end there
 // 19       in         rg                cells (z, y, x)         how much light reaches a place, see light.comp
 //                                                               (if kLit)
+// 20       out        uvec4             eyes x half h x half w  see lattice.glsl (rays of the lattice)
+// 21       in         uint              4 + pixels              see between.comp (rays of the list)
 //
 // kVolumes of the images are used. One invocation: one pixel of one eye. Border: a volume ends half a voxel beyond its
 // outermost samples, values clamped to the edge. Precision: fp32. Race: each output written once. Tested against closed
@@ -71,14 +73,19 @@ layout(constant_id = 2) const int kSkip = 1;
 layout(constant_id = 3) const int kCount = 0;
 layout(constant_id = 4) const int kMasked = 0;
 layout(constant_id = 5) const int kTexels = 1;
-// Bits. 1: there is one; 2: red and blue are swapped in it, and in the output; 4: its depths are 24-bit integers, not
-// floats; 8: it has depths.
-layout(constant_id = 6) const int kBackdrop = 0;
+layout(constant_id = 6) const int kBackdrop = 0;  // see backdrop.glsl
 layout(constant_id = 7) const int kLit = 0;  // the light grid is read
 layout(constant_id = 8) const int kRefines = 1;  // segments are halved, and drawn anew where that matters
+layout(set = 0, binding = 20) writeonly buffer Lattice { uvec4 lattice[]; };
+layout(set = 0, binding = 21) readonly buffer List { uint list[]; };
+// Not a constant: the kernel would be compiled three times.
+layout(push_constant) uniform Push { RaycastPush push; };
 
 #include "include/classified.glsl"
 #include "include/srgb.glsl"
+#include "include/backdrop.glsl"
+#include "include/lattice.glsl"
+#include "include/visible.glsl"
 
 const float kStop = 1.0 / 256.0;
 const float kAlbedo = 0.4;  // share of its colour that tissue sends on
@@ -87,7 +94,6 @@ const float kNeeded = 0.01;
 // sample per voxel nine real volumes and the heart phantom have 47 to 56 dB against eight samples per voxel.
 const float kFineError = 0.002;
 const int kFineParts = 4;
-const float kFar = 1e30;
 const vec3 kBrightness = vec3(0.3, 0.5, 0.2);  // weights of red, green and blue
 
 // The ray in each volume's voxels, and the depths between which it is inside.
@@ -286,19 +292,6 @@ void set_out_in_all(ivec2 pixel, int eye, float first, float last, out float dt,
   }
 }
 
-// The depth t of the backdrop; back_word: the same in the host's encoding.
-float backdrop_depth(ivec2 size, uint out_index, out uint back_word) {
-  back_word = 0u;
-  float back_at = kFar;
-  if ((kBackdrop & 8) != 0) {
-    back_word = backdrop[uint(view.counts.x * size.x * size.y) + out_index];
-    const float d = (kBackdrop & 4) != 0 ? float(back_word & 0xffffffu) / 16777215.0 : uintBitsToFloat(back_word);
-    const float inverse = view.backdrop.x + view.backdrop.y * d;
-    if (inverse > 1e-9) back_at = 1.0 / inverse;
-  }
-  return back_at;
-}
-
 // The depth t of the thing in this pixel; kFar without one, or if it lies behind the backdrop.
 float thing_depth_at(uint out_index, float back_at, out vec4 thing) {
   thing = vec4(0.0);
@@ -483,29 +476,23 @@ void march(float from, float to, float dt, float jitter, inout Light light) {
 }
 
 // Blends the light over what lies behind it: the background, or the host's picture.
-void write(ivec2 pixel, int eye, uint out_index, Light light, uint back_word) {
+void write(ivec2 pixel, int eye, uint out_index, Light light, bool is_cut, uint back_word) {
   // The rest of a ray that was stopped early is taken to be like the part before.
   if (light.through <= kStop) {
     light.colour /= 1.0 - light.through;
     light.through = 0.0;
   }
+  vec3 shown;
   if (kBackdrop == 0) {
     const float down = clamp(view.rays[eye].first.w + float(pixel.y) * view.rays[eye].down.w, 0.0, 1.0);
-    light.colour += light.through * mix(view.background.rgb, view.background_low.rgb, down);
-    colour_out[out_index] = packUnorm4x8(vec4(encoded(light.colour), 1.0 - light.through));
+    shown = encoded(light.colour + light.through * mix(view.background.rgb, view.background_low.rgb, down));
+    colour_out[out_index] = packUnorm4x8(vec4(shown, 1.0 - light.through));
     depth_out[out_index] = floatBitsToUint(light.depth);
   } else {
-    // Where no light is absorbed the host's bytes stay unchanged.
-    const vec4 back = unpackUnorm4x8(backdrop[out_index]);
-    const bool swapped = (kBackdrop & 2) != 0;
-    const vec3 over = encoded(light.colour + light.through * decoded(swapped ? back.bgr : back.rgb));
-    const vec4 mixed = vec4(swapped ? over.bgr : over, mix(1.0, back.a, light.through));
-    colour_out[out_index] = light.through == 1.0 ? backdrop[out_index] : packUnorm4x8(mixed);
-    // In the backdrop's encoding; its own depth where no volume takes half of the light.
-    const float d = clamp((light.depth / view.background.w - view.backdrop.x) / view.backdrop.y, 0.0, 1.0);
-    const uint word = (kBackdrop & 4) != 0 ? uint(d * 16777215.0 + 0.5) : floatBitsToUint(d);
-    depth_out[out_index] = light.depth > 0.0 ? word : back_word;
+    write_over(out_index, light.colour, light.through, light.depth, back_word);
+    if (push.rays.x == kRaysOfLattice) shown = encoded(light.colour);
   }
+  if (push.rays.x == kRaysOfLattice) lattice[point_place(pixel / 2, eye)] = packed_point(vec4(shown, light.through), light.depth, is_cut);
   if (kCount != 0) {
     samples_out[2u * out_index] = light.taken;
     samples_out[2u * out_index + 1u] = light.needed;
@@ -543,24 +530,30 @@ void draw(ivec2 pixel, int eye, ivec2 size, uint out_index) {
     ++part;
     goes_on = part < parts && light.through > kStop;
   } while (goes_on);
-  write(pixel, eye, out_index, light, back_word);
+  write(pixel, eye, out_index, light, thing_at < kFar || back_at < view.background_low.w, back_word);
 }
 
-// Whether the pixel is visible through the optics.
-bool is_visible(ivec2 pixel, int eye, ivec2 size) {
-  const ivec2 tiles = (size + 7) / 8, tile = pixel / 8;
-  const uvec2 bits = visible[tile.x + tiles.x * (tile.y + tiles.y * eye)];
-  const int bit = (pixel.x & 7) + 8 * (pixel.y & 7);
-  return ((bit < 32 ? bits.x : bits.y) >> (bit & 31) & 1u) != 0u;
+// The pixel and eye of an invocation; false if there is none.
+bool find_pixel(out ivec2 pixel, out int eye) {
+  if (push.rays.x == kRaysOfList) {
+    const uint place = gl_LocalInvocationIndex + 64u * (gl_WorkGroupID.x + uint(kMostListGroups) * gl_WorkGroupID.y);
+    const uint item = place < list[3] ? list[4u + place] : 0u;
+    pixel = pixel_of_item(item);
+    eye = eye_of_item(item);
+    return place < list[3];
+  }
+  const uint l = gl_LocalInvocationIndex;
+  pixel = ivec2(8u * gl_WorkGroupID.xy) + ivec2(l & 3u | l >> 1 & 4u, l >> 2 & 1u | l >> 3 & 6u);
+  if (push.rays.x == kRaysOfLattice) pixel *= 2;
+  eye = int(gl_WorkGroupID.z);
+  return all(lessThan(pixel, view.counts.zw));
 }
 
 void main() {
-  const uint l = gl_LocalInvocationIndex;
-  const ivec2 pixel = ivec2(8u * gl_WorkGroupID.xy) +
-                      ivec2(l & 3u | l >> 1 & 4u, l >> 2 & 1u | l >> 3 & 6u);
-  const int eye = int(gl_WorkGroupID.z);
+  ivec2 pixel;
+  int eye;
+  if (!find_pixel(pixel, eye)) return;
   const ivec2 size = view.counts.zw;
-  if (any(greaterThanEqual(pixel, size))) return;
   const uint out_index = uint(pixel.x + size.x * (pixel.y + size.y * eye));
   if (kMasked == 0) {
     draw(pixel, eye, size, out_index);
@@ -570,6 +563,7 @@ void main() {
   if (!is_here) {
     colour_out[out_index] = 0u;
     depth_out[out_index] = 0u;
+    if (push.rays.x == kRaysOfLattice) lattice[point_place(pixel / 2, eye)] = packed_point(vec4(0.0), 0.0, true);
     if (kCount != 0) {
       samples_out[2u * out_index] = 0u;
       samples_out[2u * out_index + 1u] = 0u;

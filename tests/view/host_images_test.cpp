@@ -72,7 +72,11 @@ class HostImagesTest : public ViewTest, public ::testing::WithParamInterface<Con
                     VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
     depth_.emplace(context(), kHostSize, of.depth, VK_IMAGE_ASPECT_DEPTH_BIT,
                    VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL);
-    view_ = renderer({kHostSize, 2});
+    // What is interpolated differs between the two: over the background, or the light of volumes
+    // alone.
+    RendererOptions options{kHostSize, 2};
+    options.smooth = 0.0;
+    view_ = renderer(options);
     ball_ = still_volume(
         64, 1.0, [](glm::dvec3 x) { return std::clamp(12.0 - glm::length(x) + 0.5, 0.0, 1.0); });
     set(*view_, {ball_});

@@ -336,7 +336,10 @@ TEST_F(VolumeSourceTest, ShowsTheSameColoursInEveryFormat) {
 
 // A compilation of a second would block the runtime's loop.
 TEST_F(VolumeSourceTest, CompilesNothingInTheFrameLoop) {
-  for (const bool hides : {false, true}) {
+  // In small views voxels are smaller than pixels, and rays of all pixels are drawn.
+  for (const auto& [hides, width] : {std::pair{false, 64U}, {true, 64U}, {false, 768U}}) {
+    runtime().reset();
+    runtime().setup().view_width = runtime().setup().view_height = width;
     xr::VolumeSource drawing(showing(small_heart()));
     runtime().setup().hidden = hides ? half(1.0F) : std::vector<XrVector2f>{};
     xr::Headset headset({}, drawing);

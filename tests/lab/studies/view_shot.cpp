@@ -48,6 +48,7 @@ Drawn draw(const std::shared_ptr<vulkan::Context>& context,
   options.samples_per_voxel = shot.samples_per_voxel;
   options.skip_empty = shot.skip_empty;
   options.refines = shot.refines;
+  options.smooth = shot.smooth;
   options.count_samples = shot.counts;
   const auto renderer = got(VolumeRenderer::make(context, options));
   expect(renderer->set_volumes(std::vector{volume}));

@@ -23,6 +23,7 @@ struct Shot {
   bool skip_empty = true;
   /// As by default; off: the same rate everywhere.
   bool refines = false;
+  double smooth = RendererOptions{}.smooth;
   /// Each picture at another phase.
   bool moving = false;
   /// Counts samples, which takes time.

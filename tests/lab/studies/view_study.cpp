@@ -20,6 +20,8 @@ constexpr double kReferenceRate = 8.0;
 const char* const kSteps = "palpate, by samples per voxel";
 const char* const kNoSkip = "palpate, nothing skipped";
 const char* const kDefault = "palpate, the default";
+const char* const kAllPixels = "palpate, rays of all pixels";
+const char* const kHalf = "palpate, every second pixel";
 const char* const kMoving = "palpate, moving";
 const char* const kSmaller = "palpate, fewer pixels";
 
@@ -34,7 +36,9 @@ FastestGood fastest_good(const std::vector<ViewMeasure>& all, const std::string&
   FastestGood best;
   for (const ViewMeasure& m : all) {
     if (m.look != look || m.quality_db < kEnoughDb || m.family == kSmaller) continue;
-    if ((m.family == kSteps) != ours || (!ours && m.family.starts_with("palpate"))) continue;
+    if ((m.family == kSteps || m.family == kHalf) != ours ||
+        (!ours && m.family.starts_with("palpate")))
+      continue;
     ++best.of;
     if (!best.measure || m.time_ms < best.measure->time_ms) best.measure = &m;
   }
@@ -97,11 +101,13 @@ struct Way {
 /// The reference comes first, then other methods, then other rates: the coarsest first, because a
 /// peer is compared with the fastest picture of sufficient quality.
 std::vector<Way> ways_of(bool quick) {
-  std::vector<Way> ways = {
-      {kSteps, 1.0}, {kMoving, 1.0}, {kSmaller, 1.0}, {kNoSkip, 1.0}, {kDefault, 0.5}};
+  std::vector<Way> ways = {{kSteps, 1.0},  {kMoving, 1.0},  {kSmaller, 1.0},
+                           {kNoSkip, 1.0}, {kDefault, 0.5}, {kAllPixels, 1.0}};
   for (const double rate : quick ? std::vector{0.25, 0.5, 2.0}
                                  : std::vector{0.125, 0.25, 0.5, 2.0, 0.35, 0.7, 4.0, 1.4})
     ways.push_back({kSteps, rate});
+  for (const double rate : quick ? std::vector{0.5} : std::vector{0.125, 0.5, 0.7, 1.0})
+    ways.push_back({kHalf, rate});
   return ways;
 }
 
@@ -123,7 +129,7 @@ class LookStudy {
   void measure(const std::function<void(double, const std::string&)>& tell,
                std::vector<ViewMeasure>& all, std::string& left_out) {
     tell(0.0, "view: reference, " + look_.name);
-    const Drawn best = drawn_at({look_, kReferenceRate, pixels_}, 0);
+    const Drawn best = reference_at(pixels_);
     const auto ways = ways_of(run_.quick);
     for (size_t n = 0; n < ways.size() && !run_.stop.stop_requested(); ++n) {
       const std::string what =
@@ -143,10 +149,18 @@ class LookStudy {
     return draw(run_.context, volume_, shot, runs, run_.stop);
   }
 
+  Drawn reference_at(int pixels) const {
+    Shot shot{look_, kReferenceRate, pixels};
+    shot.smooth = 0.0;
+    return drawn_at(shot, 0);
+  }
+
   ViewMeasure measured(const Way& way, const Drawn& best) const {
     Shot shot{look_, way.rate, pixels_};
     shot.skip_empty = way.family != kNoSkip;
     shot.refines = way.family == kDefault;
+    if (way.family == kAllPixels) shot.smooth = 0.0;
+    if (way.family == kHalf) shot.smooth = 4.0;
     shot.moving = way.family == kMoving;
     const bool smaller = way.family == kSmaller;
     if (smaller) shot.pixels /= 2;
@@ -154,7 +168,7 @@ class LookStudy {
     // In motion every picture is different: its quality is that of the still one.
     const Drawn still =
         shot.moving ? drawn_at({look_, shot.samples_per_voxel, shot.pixels}, 0) : drawn;
-    const Drawn reference = smaller ? drawn_at({look_, kReferenceRate, shot.pixels}, 0) : best;
+    const Drawn reference = smaller ? reference_at(shot.pixels) : best;
     return {look_.name,  way.family,          way.rate,
             shot.pixels, 1e3 * drawn.seconds, psnr_db(still.bytes, reference.bytes)};
   }
