@@ -315,6 +315,11 @@ Command add_view(CLI::App& program) {
                   "How far --film goes around the scene, degrees; 360: once, starting anew at its "
                   "end")
       ->check(number_in({-3600.0, 3600.0, false, "degrees"}));
+  app->add_option("--average", command->view.averaged,
+                  "Pictures in files: each is the mean of so many, whose rays go through different "
+                  "places of a pixel: smooth edges, no noise")
+      ->check(whole_number_in(1, 64))
+      ->capture_default_str();
   add_seeing(*app, *command);
   app->add_flag("--show-wall", *show_wall,
                 "Show the wall that 'palpate feel' derives from the values, too; with --wall that "

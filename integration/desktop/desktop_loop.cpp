@@ -322,7 +322,7 @@ void DesktopLoop::draw(const TickOutput& tick, const std::string& note) {
                                   : charts::Bitmap{};
   if (bars.width > 0) overlays.push_back({&bars, {size.width - bars.width - edge, edge}});
   static const Picture kNothing;
-  window_->show(shown_ ? shown_->picture : kNothing, overlays);
+  window_->show(shown_ ? *shown_->picture : kNothing, overlays);
 }
 
 }  // namespace palpate::desktop

@@ -94,12 +94,24 @@ glm::dvec2 size_in_units(GLFWwindow* window) {
 
 }  // namespace
 
-/// An OpenGL texture, remade when its size changes.
+/// An OpenGL texture and where it is, remade when its size changes.
 struct Window::Texture {
   GLuint name = 0;
   int width = 0, height = 0;
+  glm::dvec2 corner_px{0.0}, size_px{0.0};
+  std::vector<uint32_t> pixels;
 
-  void fill(int new_width, int new_height, GLenum order, const uint32_t* pixels) {
+  /// False if all of this is so already.
+  bool set(int new_width, int new_height, GLenum order, std::span<const uint32_t> new_pixels,
+           glm::dvec2 corner, glm::dvec2 size) {
+    const bool same_pixels =
+        new_width == width && new_height == height &&
+        std::equal(pixels.begin(), pixels.end(), new_pixels.begin(), new_pixels.end());
+    const bool same_place = corner == corner_px && size == size_px;
+    corner_px = corner;
+    size_px = size;
+    if (same_pixels) return !same_place;
+    pixels.assign(new_pixels.begin(), new_pixels.end());
     if (name == 0) glGenTextures(1, &name);
     glBindTexture(GL_TEXTURE_2D, name);
     if (new_width != width || new_height != height) {
@@ -109,15 +121,19 @@ struct Window::Texture {
       glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
       glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
       glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-      glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, order, GL_UNSIGNED_BYTE, pixels);
+      glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, order, GL_UNSIGNED_BYTE,
+                   pixels.data());
     } else {
-      glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, order, GL_UNSIGNED_BYTE, pixels);
+      glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, order, GL_UNSIGNED_BYTE,
+                      pixels.data());
     }
+    return true;
   }
 };
 
 /// What GLFW's callbacks have told since the last poll.
 struct Window::Heard {
+  bool uncovered = false;  ///< the display has lost what was shown
   double wheel = 0.0;
   std::vector<KeyPress> keys;
 };
@@ -161,6 +177,9 @@ Window::~Window() {
 }
 
 void Window::listen(GLFWwindow* window) {
+  glfwSetWindowRefreshCallback(window, [](GLFWwindow* of) {
+    static_cast<Heard*>(glfwGetWindowUserPointer(of))->uncovered = true;
+  });
   glfwSetScrollCallback(window, [](GLFWwindow* of, double, double notches) {
     static_cast<Heard*>(glfwGetWindowUserPointer(of))->wheel += notches;
   });
@@ -177,9 +196,26 @@ void Window::show(const Picture& picture, std::span<const Overlay> overlays) {
   if (display_is_lost()) return;
   const PictureSize size = size_px();
   if (size.width == 0 || size.height == 0) return;  // an icon
+  const bool any = picture.width > 0 && picture.height > 0;
+  picture_aspect_ = any ? double(picture.width) / picture.height : 0.0;
   // One texture of OpenGL's per thing shown; those of overlays that are gone are kept for later
   // ones.
   if (textures_.size() < 1 + overlays.size()) textures_.resize(1 + overlays.size());
+  const PicturePlace place = place_of_picture({size.width, size.height}, picture_aspect_);
+  bool changed = std::exchange(heard_->uncovered, false) || size != shown_size_ ||
+                 1 + overlays.size() != shown_textures_;
+  changed = textures_[0].set(picture.width, picture.height, GL_RGBA, picture.colours, place.corner,
+                             place.size) ||
+            changed;
+  for (size_t o = 0; o < overlays.size(); ++o) {
+    const charts::Bitmap& raster = *overlays[o].raster;
+    changed = textures_[1 + o].set(raster.width, raster.height, GL_BGRA, raster.pixels,
+                                   overlays[o].corner_px, {raster.width, raster.height}) ||
+              changed;
+  }
+  if (!changed) return;
+  shown_size_ = size;
+  shown_textures_ = 1 + overlays.size();
   glViewport(0, 0, size.width, size.height);
   glMatrixMode(GL_PROJECTION);
   glLoadIdentity();
@@ -190,37 +226,27 @@ void Window::show(const Picture& picture, std::span<const Overlay> overlays) {
   glClear(GL_COLOR_BUFFER_BIT);
   glEnable(GL_TEXTURE_2D);
   glDisable(GL_BLEND);
-  const bool any = picture.width > 0 && picture.height > 0;
-  picture_aspect_ = any ? double(picture.width) / picture.height : 0.0;
-  if (any) {
-    textures_[0].fill(picture.width, picture.height, GL_RGBA, picture.colours.data());
-    const PicturePlace place = place_of_picture({size.width, size.height}, picture_aspect_);
-    draw_texture(textures_[0], place.corner, place.size);
-  }
-  glEnable(GL_BLEND);
-  glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);  // overlays have premultiplied alpha
-  for (size_t o = 0; o < overlays.size(); ++o) {
-    const charts::Bitmap& raster = *overlays[o].raster;
-    if (raster.pixels.empty()) continue;
-    textures_[1 + o].fill(raster.width, raster.height, GL_BGRA, raster.pixels.data());
-    draw_texture(textures_[1 + o], overlays[o].corner_px, {raster.width, raster.height});
+  for (size_t t = 0; t < shown_textures_; ++t) {
+    if (!textures_[t].pixels.empty()) draw_texture(textures_[t]);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);  // overlays have premultiplied alpha
   }
   glfwSwapBuffers(window_);
 }
 
-void Window::draw_texture(const Texture& texture, glm::dvec2 corner_px, glm::dvec2 size_px) const {
-  const glm::dvec2 end = corner_px + size_px;
+void Window::draw_texture(const Texture& texture) const {
+  const glm::dvec2 corner = texture.corner_px, end = corner + texture.size_px;
   glBindTexture(GL_TEXTURE_2D, texture.name);
   glColor4f(1.0F, 1.0F, 1.0F, 1.0F);
   glBegin(GL_QUADS);
   glTexCoord2d(0.0, 0.0);
-  glVertex2d(corner_px.x, corner_px.y);
+  glVertex2d(corner.x, corner.y);
   glTexCoord2d(1.0, 0.0);
-  glVertex2d(end.x, corner_px.y);
+  glVertex2d(end.x, corner.y);
   glTexCoord2d(1.0, 1.0);
   glVertex2d(end.x, end.y);
   glTexCoord2d(0.0, 1.0);
-  glVertex2d(corner_px.x, end.y);
+  glVertex2d(corner.x, end.y);
   glEnd();
 }
 

@@ -72,7 +72,8 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  /// Shows a picture (an empty one: dark) with overlays, the last on top. Waits for the display.
+  /// Shows a picture (an empty one: dark) with overlays, the last on top. Waits for the display;
+  /// does nothing if it shows all of this already.
   void show(const Picture& picture, std::span<const Overlay> overlays);
   /// Takes what has happened since the last time. Does not wait.
   Input poll();
@@ -91,11 +92,13 @@ class Window {
   struct Texture;
   struct Heard;
   static void listen(GLFWwindow* window);
-  void draw_texture(const Texture& texture, glm::dvec2 corner_px, glm::dvec2 size_px) const;
+  void draw_texture(const Texture& texture) const;
 
   GLFWwindow* window_;
   std::unique_ptr<Heard> heard_;
   std::vector<Texture> textures_;  ///< the picture's, then one per overlay
+  size_t shown_textures_ = 0;      ///< how many of them are shown
+  PictureSize shown_size_;         ///< of the window when they were
   double picture_aspect_ = 0.0;    ///< of what was shown last, width by height; 0: nothing
   glm::dvec2 last_cursor_{0.0};    ///< in the desktop's units
   bool known_cursor_ = false;

@@ -10,6 +10,7 @@ namespace palpate {
 struct FramePointer {
   int frame = 0;
   double phase = 0.0;
+  bool operator==(const FramePointer&) const = default;
 };
 
 /// When the frames of a sequence are. Immutable.

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "module/session/viewer.h"
+#include "module/view/picture_mean.h"
 #include "module/view/resolution.h"
 
 namespace palpate {
@@ -19,11 +22,14 @@ struct WantedPicture {
 
 /// A picture, and what it shows.
 struct LiveFrame {
-  Picture picture;  ///< of both eyes where two are asked for
-  Eye eye;          ///< between both
+  /// Of both eyes where two are asked for; not null. The mean of `averaged` pictures: while nothing
+  /// in it moves, larger ones are drawn and their mean is taken, then none any more.
+  std::shared_ptr<const Picture> picture;
+  int averaged = 1;
+  Eye eye;  ///< between both
   SceneSnapshot snapshot;
   std::vector<TubeColours> tube_colours;
-  double picture_s = 0.0;  ///< time for drawing and reading back
+  double picture_s = 0.0;  ///< time for drawing and reading back the last one of them
 };
 
 /// Pictures of a running scene for a window, drawn on another thread so that the window handles the
@@ -44,9 +50,21 @@ class LivePicture {
 
  private:
   Result<std::chrono::milliseconds> draw(Viewer& viewer, const SceneSnapshot& snapshot);
+  /// What was drawn last.
+  struct Drawn {
+    ViewScene scene;
+    std::array<Eye, 2> eyes;
+    PictureSize wanted;
+    Stereo stereo = Stereo::kMono;
+    bool operator==(const Drawn&) const = default;
+  };
 
   Session& session_;
   Resolution resolution_;
+  std::optional<Drawn> drawn_;
+  std::array<PictureMean, 2> means_;
+  double mean_scale_ = 0.0;   ///< of the pictures in them
+  double full_s_ = 0.0;       ///< what the last picture would have taken in full size
   mutable std::mutex mutex_;  ///< of what follows but the thread
   WantedPicture wanted_;
   std::shared_ptr<const LiveFrame> newest_;

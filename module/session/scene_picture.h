@@ -51,6 +51,7 @@ struct ViewChoices {
   double full_force_n = 4.0;
   PictureBackground background = PictureBackground::kDark;
   double shadows = 1.0;  ///< see ViewScene::shadows
+  int averaged = 1;      ///< so many pictures make one in a file, see picture_mean.h
   SeenFrom from;
   /// How two eyes are put together; not set: one eye in a window, both side by side in files for
   /// two eyes. Not for headsets.

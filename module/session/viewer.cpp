@@ -2,6 +2,7 @@
 
 #include "compute/vulkan/caught.h"
 #include "module/haptics/servo/real_time.h"
+#include "module/view/picture_mean.h"
 
 namespace palpate {
 namespace {
@@ -47,9 +48,15 @@ Status Viewer::start(const SceneSnapshot& snapshot, int64_t display_ns, std::spa
                 : renderer_->start(shown_, eyes, size);
 }
 
-Result<std::vector<Picture>> Viewer::take(const SceneSnapshot& snapshot, int64_t display_ns,
-                                          std::span<const Eye> eyes, PictureSize size) {
-  if (const Status started = start(snapshot, display_ns, eyes, size); !started)
+Result<std::vector<Picture>> Viewer::take_one_of(const ViewScene& scene, int n,
+                                                 std::span<const Eye> eyes, PictureSize size) {
+  shown_ = scene;
+  const RayPlace place = ray_place(n);
+  ViewScene moved = scene;
+  moved.samples_moved = place.steps;
+  std::vector<Eye> through;
+  for (const Eye& eye : eyes) through.push_back(with_rays_at(eye, size, place.pixels));
+  if (const Status started = renderer_->start(moved, through, size); !started)
     return started.error();
   std::vector<Picture> pictures;
   for (size_t eye = 0; eye < eyes.size(); ++eye) {
@@ -57,6 +64,22 @@ Result<std::vector<Picture>> Viewer::take(const SceneSnapshot& snapshot, int64_t
     if (!picture) return picture.error();
     pictures.push_back(std::move(*picture));
   }
+  return pictures;
+}
+
+Result<std::vector<Picture>> Viewer::take(const SceneSnapshot& snapshot, int64_t display_ns,
+                                          std::span<const Eye> eyes, PictureSize size) {
+  const ViewScene scene = scene_at(snapshot, display_ns, eyes);
+  const int count = picture_.choices().averaged;
+  if (count <= 1) return take_one_of(scene, 0, eyes, size);
+  std::vector<PictureMean> means(eyes.size());
+  for (int n = 0; n < count; ++n) {
+    const auto pictures = take_one_of(scene, n, eyes, size);
+    if (!pictures) return pictures.error();
+    for (size_t eye = 0; eye < eyes.size(); ++eye) means[eye].add((*pictures)[eye]);
+  }
+  std::vector<Picture> pictures;
+  for (const PictureMean& mean : means) pictures.push_back(mean.mean());
   return pictures;
 }
 

@@ -45,7 +45,16 @@ class Viewer {
   /// waiting. See VolumeRenderer::start(). images: a host's images to draw into; null: none.
   Status start(const SceneSnapshot& snapshot, int64_t display_ns, std::span<const Eye> eyes,
                PictureSize size, const HostImages* images = nullptr);
-  /// Draws the same and waits; returns a picture per eye.
+  /// What start() would draw.
+  ViewScene scene_at(const SceneSnapshot& snapshot, int64_t display_ns, std::span<const Eye> eyes) {
+    return picture_.at(snapshot, display_ns, eyes);
+  }
+  /// Draws one of the pictures of a scene whose mean is taken (ray_place()), and waits; returns a
+  /// picture per eye.
+  Result<std::vector<Picture>> take_one_of(const ViewScene& scene, int n, std::span<const Eye> eyes,
+                                           PictureSize size);
+  /// Draws the mean of as many pictures as ViewChoices::averaged says and waits; returns a picture
+  /// per eye.
   Result<std::vector<Picture>> take(const SceneSnapshot& snapshot, int64_t display_ns,
                                     std::span<const Eye> eyes, PictureSize size);
   /// A picture for a file: at the time of its tick, from a place where the whole scene is visible.

@@ -11,11 +11,13 @@ struct Eye {
   glm::dvec3 position_m{0.0};
   glm::dquat orientation{1.0, 0.0, 0.0, 0.0};  ///< world from eye; unit length
   double tan_left = -0.5, tan_right = 0.5, tan_down = -0.5, tan_up = 0.5;
+  bool operator==(const Eye&) const = default;
 };
 
 /// How many pixels each eye has; row 0 is at the top.
 struct PictureSize {
   int width = 0, height = 0;
+  bool operator==(const PictureSize&) const = default;
 };
 
 /// An eye at `from` that looks at `to`, with the world's y upwards, and symmetric angles: for

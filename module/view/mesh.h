@@ -37,6 +37,7 @@ struct Mesh {
 struct PlacedMesh {
   std::shared_ptr<const Mesh> mesh;  ///< not null
   glm::dmat4 world_from_mesh{1.0};   ///< affine
+  bool operator==(const PlacedMesh&) const = default;
 };
 
 }  // namespace palpate

@@ -54,7 +54,8 @@ ViewParameters parameters_of(const ViewScene& scene, std::span<const Eye> eyes, 
     parameters.planes[p] = glm::vec4(scene.clips[p].normal, scene.clips[p].offset_m);
   parameters.background = glm::vec4(linear(scene.background_top), near_m);
   parameters.background_low = glm::vec4(linear(scene.background_bottom), 0.0);
-  parameters.light = glm::vec4(eyes.front().orientation * glm::normalize(scene.light), 0.0);
+  parameters.light =
+      glm::vec4(eyes.front().orientation * glm::normalize(scene.light), scene.samples_moved);
   parameters.counts =
       glm::ivec4(int(eyes.size()), int(scene.clips.size()), size.width, size.height);
   return parameters;

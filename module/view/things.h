@@ -15,6 +15,7 @@ struct RoundCone {
   glm::dvec3 from{0.0}, to{0.0};
   double from_radius_m = 1e-3, to_radius_m = 1e-3;
   glm::dvec3 colour{0.9};  ///< sRGB
+  bool operator==(const RoundCone&) const = default;
 };
 
 /// All functions below append to `things`; positions are world, m.

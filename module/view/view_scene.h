@@ -28,12 +28,14 @@ struct ViewVolume {
   /// right angle, 0 (not drawn) to 0.99. Surfaces stand in their segments' colours, are carried as
   /// the values are, and are cut as they are. At most 8 volumes and segments are drawn at once.
   double segment_opacity = 0.0;
+  bool operator==(const ViewVolume&) const = default;
 };
 
 /// Kept is where dot(normal, x) >= offset_m.
 struct ClipPlane {
   glm::dvec3 normal{1.0, 0.0, 0.0};  ///< world, unit length
   double offset_m = 0.0;
+  bool operator==(const ClipPlane&) const = default;
 };
 
 /// The six planes of a box: what is inside is kept. low and high in the box's own axes, m.
@@ -54,6 +56,11 @@ struct ViewScene {
   /// Share of the light that tissue in between can take from a place, 0 (none) to 1: ambient
   /// occlusion and soft shadows. Things neither cast shadows nor lie in them.
   double shadows = 0.0;
+  /// How far all samples along rays are moved, in their steps, 0 to 1: for pictures of one scene
+  /// whose mean is taken (picture_mean.h).
+  double samples_moved = 0.0;
+  /// The same data, shown in the same way.
+  bool operator==(const ViewScene&) const = default;
 };
 
 }  // namespace palpate

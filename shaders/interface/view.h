@@ -77,7 +77,7 @@ struct ViewParameters {
   vec4 planes[8];                  // a point is kept where dot(xyz, point) >= w; world, m
   vec4 background;                 // linear colour; w: nearest depth t, m
   vec4 background_low;             // at the bottom; w: farthest depth t of any volume, m
-  vec4 light;                      // towards the light, world
+  vec4 light;                      // towards the light, world; w: steps that samples are moved
   ivec4 counts;                    // eyes, planes, width, height
   vec4 backdrop;                   // of a host's picture: 1 / t = x + y d, 1/m, for its depth d
   ViewRays light_rays[kMostEyes];  // in cells of the light grid, see light.comp

@@ -509,7 +509,7 @@ void draw(ivec2 pixel, int eye, ivec2 size, uint out_index) {
   vec4 thing;
   const float thing_at = thing_depth_at(out_index, back_at, thing);
 
-  const float jitter = jitter_of(vec2(pixel));
+  const float jitter = fract(jitter_of(vec2(pixel)) + view.light.w);
   Light light = Light(vec3(0.0), 1.0, 0.0, 0u, 0u);
   // First in front of the thing; then, where its edge covers only part of the pixel, behind it.
   float from = begin;

@@ -8,6 +8,7 @@
 #include "module/scene/look.h"
 #include "module/view/visible_pixels.h"
 #include "tests/view/host_image.h"
+#include "tests/view/slow_rays.h"
 #include "tests/view/view_scenes.h"
 
 namespace palpate::test {
@@ -18,16 +19,6 @@ int most_steps_apart(uint32_t a, uint32_t b) {
   for (int c = 0; c < 32; c += 8)
     worst = std::max(worst, std::abs(int(a >> c & 0xffu) - int(b >> c & 0xffu)));
   return worst;
-}
-
-double psnr_db(const Picture& a, const Picture& b) {
-  double sum = 0.0;
-  for (size_t p = 0; p < a.colours.size(); ++p)
-    for (int c = 0; c < 24; c += 8) {
-      const double d = double(a.colours[p] >> c & 0xffu) - double(b.colours[p] >> c & 0xffu);
-      sum += d * d;
-    }
-  return 10.0 * std::log10(255.0 * 255.0 * 3.0 * double(a.colours.size()) / std::max(sum, 1.0));
 }
 
 class RayLatticeTest : public ViewTest {
@@ -60,20 +51,24 @@ ViewScene heart() {
   return scene;
 }
 
+/// Smooth everywhere.
+ViewScene soft_ball(int size, double spacing_mm, double per_mm) {
+  const double sigma_mm = 0.16 * size * spacing_mm;
+  const auto value = [=](glm::dvec3 x) {
+    return std::exp(-glm::dot(x, x) / (2.0 * sigma_mm * sigma_mm));
+  };
+  ViewScene scene;
+  scene.volumes = {{still_volume(size, spacing_mm, value), {}, {}, proportional_look(per_mm)}};
+  return scene;
+}
+
 Eye before(PictureSize size) {
   return eye_at({0.02, 0.05, 0.3}, {0.0, 0.0, 0.0}, 0.45, size);
 }
 
 TEST_F(RayLatticeTest, SmoothPicturesTakeAThirdOfTheSamplesAndLookTheSame) {
-  ViewScene scene;
-  scene.volumes = {
-      {still_volume(64, 2.0,
-                    [](glm::dvec3 x) { return std::exp(-glm::dot(x, x) / (2.0 * 20.0 * 20.0)); }),
-       {},
-       {},
-       proportional_look(0.05)}};
   const PictureSize size{256, 256};
-  const auto [all, fewer] = both(scene, {before(size)}, size);
+  const auto [all, fewer] = both(soft_ball(64, 2.0, 0.05), {before(size)}, size);
   EXPECT_GT(psnr_db(all, fewer), 50.0);
   EXPECT_LT(share_taken(), 1.0 / 3.0);
   // Where hardly half of the light is taken, the depth at which it is jumps.
@@ -127,8 +122,8 @@ TEST_F(RayLatticeTest, LinesOfTwoVoxelsHaveNoGaps) {
 /// After the last pixels of an even size no point of the lattice follows.
 TEST_F(RayLatticeTest, PixelsOnABorderAreDrawn) {
   for (const PictureSize size : {PictureSize{65, 63}, PictureSize{64, 66}, PictureSize{16, 17}}) {
-    const auto [all, fewer] =
-        both(heart(), {eye_at({0.0, 0.0, 0.12}, {0.0, 0.0, 0.0}, 0.45, size)}, size);
+    const auto [all, fewer] = both(soft_ball(64, 4.0, 0.05),
+                                   {eye_at({0.0, 0.0, 0.2}, {0.0, 0.0, 0.0}, 0.45, size)}, size);
     for (int y = 0; y < size.height; ++y)
       for (int x = 0; x < size.width; ++x)
         if ((x % 2 == 1 && x == size.width - 1) || (y % 2 == 1 && y == size.height - 1)) {
@@ -142,7 +137,12 @@ TEST_F(RayLatticeTest, PixelsOnABorderAreDrawn) {
 TEST_F(RayLatticeTest, PixelsOfThingsAndBesideThemAreDrawn) {
   const PictureSize size{128, 128};
   ViewScene scene = heart();
+  // A rod, and dots smaller than a pixel, of which many lie between points of the lattice.
   scene.things.push_back({{-0.03, 0.01, 0.05}, {0.04, -0.02, 0.05}, 0.0015, 0.0015, {1, 1, 1}});
+  for (int k = 0; k < 40; ++k) {
+    const glm::dvec3 at_m(-0.06 + 0.003 * k, -0.04 + 0.0008 * k, 0.05);
+    scene.things.push_back({at_m, at_m, 3e-4, 3e-4, {1, 1, 1}});
+  }
   const auto [all, fewer] = both(scene, {before(size)}, size);
   ViewScene without = heart();
   const Picture none = both(without, {before(size)}, size)[0];
@@ -195,18 +195,45 @@ TEST_F(RayLatticeTest, HiddenPixelsAreNotMixedIntoThoseBesideThem) {
 TEST_F(RayLatticeTest, EachEyeHasItsOwnRule) {
   // The second one sees the voxels smaller than pixels.
   const PictureSize size{256, 256};
-  const std::vector<Eye> eyes{before(size), eye_at({0.0, 0.0, 2.5}, {0.0, 0.0, 0.0}, 0.6, size)};
+  const std::vector<Eye> eyes{eye_at({0.0, 0.0, 0.12}, {0.0, 0.0, 0.0}, 0.4, size),
+                              eye_at({0.0, 0.0, 0.3}, {0.0, 0.0, 0.0}, 0.6, size)};
+  const ViewScene scene = soft_ball(128, 0.5, 0.1);
   std::array<std::vector<Picture>, 2> pictures;
   for (const bool all : {true, false}) {
     RendererOptions options{size, 2};
     if (all) options.smooth = 0.0;
     const auto view = renderer(options);
-    set(*view, {beating_heart()});
-    pictures[all ? 0 : 1] = draw(*view, heart(), eyes, size);
+    set(*view, {scene.volumes[0].data});
+    pictures[all ? 0 : 1] = draw(*view, scene, eyes, size);
   }
   EXPECT_NE(pictures[0][0].colours, pictures[1][0].colours);
   EXPECT_EQ(pictures[0][1].colours, pictures[1][1].colours);
   EXPECT_EQ(pictures[0][1].depths, pictures[1][1].depths);
+}
+
+/// A plate before another one, both of one colour in any light: no pixel is between them.
+TEST_F(RayLatticeTest, DepthsAreThoseOfOneSurface) {
+  const PictureSize size{256, 256};
+  Look look = step_look(0.5);
+  look.shine = {1.0, 0.0, 0.0};
+  const auto value = [](glm::dvec3 x) {
+    const bool front = x.x + 0.3 * x.y < 3.0;
+    return std::clamp(5.0 - std::abs(x.z - (front ? 30.0 : -30.0)), 0.0, 1.0);
+  };
+  ViewScene scene;
+  scene.volumes = {{still_volume(64, 2.0, value), {}, {}, look}};
+  const auto [all, fewer] =
+      both(scene, {eye_at({0.0, 0.0, 0.3}, {0.0, 0.0, 0.0}, 0.3, size)}, size);
+  int wrong = 0, front = 0, back = 0;
+  for (size_t p = 0; p < all.depths.size(); ++p) {
+    front += all.depths[p] > 0.02F / 0.28F;
+    back += all.depths[p] > 0.0F && all.depths[p] < 0.02F / 0.32F;
+    wrong += std::abs(fewer.depths[p] - all.depths[p]) > 0.01F * all.depths[p];
+  }
+  EXPECT_GT(front, 10000);
+  EXPECT_GT(back, 10000);
+  EXPECT_EQ(wrong, 0);
+  EXPECT_LT(share_taken(), 0.6);
 }
 
 /// More workgroups than a list has along x: nearly all pixels of two large pictures of noise.
@@ -244,13 +271,7 @@ TEST_F(RayLatticeTest, ListsMayBeLongerThanOneRowOfWorkgroups) {
 /// A host's picture with lines of a pixel behind a soft ball, and a grating inside of it.
 TEST_F(RayLatticeTest, AHostsPictureIsNeverInterpolated) {
   const PictureSize size{128, 128};
-  ViewScene scene;
-  scene.volumes = {
-      {still_volume(64, 1.0,
-                    [](glm::dvec3 x) { return std::exp(-glm::dot(x, x) / (2.0 * 12.0 * 12.0)); }),
-       {},
-       {},
-       proportional_look(0.02)}};
+  const ViewScene scene = soft_ball(64, 1.0, 0.02);
   const std::vector<Eye> eyes(2, eye_at({0.0, 0.0, 0.15}, {0.0, 0.0, 0.0}, 0.45, size));
   HostImage colour(context(), size, VK_FORMAT_R8G8B8A8_SRGB, VK_IMAGE_ASPECT_COLOR_BIT,
                    VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
@@ -265,7 +286,7 @@ TEST_F(RayLatticeTest, AHostsPictureIsNeverInterpolated) {
   };
   for (int y = 0; y < 128; ++y)
     for (int x = 0; x < 128; ++x) {
-      lines[size_t(x + 128 * y)] = x % 2 == 0 ? 0xff000000U : 0xffffffffU;
+      lines[size_t(x + 128 * y)] = x % 2 == 0 ? 0xffffffffU : 0xff400000U;
       // In the upper half the lines stand in the ball's middle, in the lower one far behind it.
       words[size_t(x + 128 * y)] = depth_word(y < 64 && x % 2 == 1 ? 0.15 : 4.0);
     }
