@@ -100,6 +100,40 @@ TEST_F(OnAScreen, LaysOverlaysOverThePicture) {
   EXPECT_EQ(shot.at(60, 41), 0xF00000u);
 }
 
+/// What is shown already is not drawn again, unless the display has lost it.
+TEST_F(OnAScreen, ShowsAPictureAgainThatWasOffTheScreen) {
+  const Picture picture = quarters(320, 240);
+  const auto is_seen = [&](const Input&) {
+    return display_->screenshot().at(100, 100) == 0xF00000;
+  };
+  ASSERT_TRUE(show_until(picture, is_seen));
+  ASSERT_TRUE(display_->act("search --name palpate windowmove 790 590"));
+  ASSERT_TRUE(show_until(
+      picture, [&](const Input&) { return display_->screenshot().at(100, 100) == 0x000000; }));
+  ASSERT_TRUE(display_->act("search --name palpate windowmove 0 0"));
+  EXPECT_TRUE(show_until(picture, is_seen));
+}
+
+TEST_F(OnAScreen, ShowsWhatHasChangedOfThePictureOrAnOverlay) {
+  Picture picture = quarters(320, 240);
+  charts::Bitmap white{20, 10, std::vector<uint32_t>(200, 0xffffffff)};
+  Overlay overlay{&white, {50, 30}};
+  const std::span<const Overlay> overlays(&overlay, 1);
+  const auto has = [&](int x, int y, uint32_t colour) {
+    return [=, this](const Input&) { return display_->screenshot().at(x, y) == colour; };
+  };
+  ASSERT_TRUE(show_until(picture, has(55, 35, 0xFFFFFF), overlays));
+  // A place, a colour, the picture, and none any more.
+  overlay.corner_px = {150, 30};
+  EXPECT_TRUE(show_until(picture, has(155, 35, 0xFFFFFF), overlays));
+  EXPECT_TRUE(show_until(picture, has(55, 35, 0xF00000), overlays));
+  white.pixels.assign(200, 0xff00ff00);
+  EXPECT_TRUE(show_until(picture, has(155, 35, 0x00FF00), overlays));
+  for (uint32_t& colour : picture.colours) colour = 0x008000;
+  EXPECT_TRUE(show_until(picture, has(55, 35, 0x008000), overlays));
+  EXPECT_TRUE(show_until(picture, has(155, 35, 0x008000)));
+}
+
 TEST_F(OnAScreen, KeepsThePicturesShapeWhenTheWindowIsResized) {
   const Picture picture = quarters(200, 200);  // square: margins at the left and right
   Screenshot shot;
