@@ -4,14 +4,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <iterator>
+#include <thread>
 
 #include "compute/vulkan/context.h"
 #include "integration/app/cancel.h"
 #include "integration/app/exit_code.h"
 #include "integration/app/gpu.h"
 #include "integration/app/option_checks.h"
+#include "module/scene/built_in.h"
 #include "module/scene/make_volume.h"
+#include "module/session/live_picture.h"
 #include "tests/lab/program/commands.h"
 #include "tests/lab/program/peers.h"
 #include "tests/lab/program/rows.h"
@@ -107,6 +111,69 @@ report::Table cost_table(const std::shared_ptr<vulkan::Context>& context, int si
   return table;
 }
 
+/// The built-in heart, played in a window of the usual size without a display: how old a picture's
+/// tick is when the picture is there.
+report::Table window_table(int seconds) {
+  report::Table table{"In the window",
+                      "The beating heart as it is built in, one eye, the size of a new window, "
+                      "drawn smaller where a picture takes longer than 40 ms; medians. From a tick "
+                      "of the hand to the end of the picture that shows it, without the display.",
+                      {{"voxels", "voxels"},
+                       {"pictures_per_s", "pictures/s"},
+                       {"width_px", "width, px"},
+                       {"picture_ms", "picture ms"},
+                       {"tick_to_picture_ms", "tick to picture ms"}},
+                      {}};
+  constexpr PictureSize kWindow{1120, 760};
+  LoadedScene scene;
+  scene.name = "heart";
+  scene.spec = heart_scene();
+  auto heart = build(scene.spec.volumes[0]);
+  if (!heart) throw Mismatch(heart.error().message);
+  const glm::ivec3 size = heart->frames[0]->samples().place->size;
+  scene.data.push_back(std::make_shared<const MovingVolume>(std::move(*heart)));
+  const auto transform = start_transform(scene.spec.volumes[0], *scene.data[0]);
+  if (!transform) throw Mismatch(transform.error().message);
+  scene.spec.volumes[0].transform = *transform;
+  DeviceInfo device;
+  device.kind = device.name = "bench";
+  device.max_force_n = 8.0;
+  device.workspace_radius_m = 0.1;
+  auto session = Session::start_in_host(scene, device, {});
+  if (!session) throw Mismatch(session.error().message);
+  const auto now_ns = [] {
+    return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
+  };
+  std::jthread hand([&](const std::stop_token& stop) {
+    for (int64_t next_ns = now_ns(); !stop.stop_requested(); next_ns += 1'000'000) {
+      std::this_thread::sleep_until(
+          std::chrono::steady_clock::time_point(std::chrono::nanoseconds(next_ns)));
+      (*session)->tick({glm::dvec3(0.0, 0.0, 0.1), now_ns()});
+    }
+  });
+  LivePicture live(**session, {});
+  live.want({eye_at({0.1, 0.08, 0.28}, {0.0, 0.0, 0.0}, 0.6, kWindow), kWindow, 0.3, {}});
+  std::vector<double> ages_ms, pictures_ms, widths;
+  std::shared_ptr<const LiveFrame> last;
+  // The first seconds go into compiling, uploading, and finding the size.
+  const int64_t begin_ns = now_ns() + 4'000'000'000, end_ns = begin_ns + seconds * int64_t(1e9);
+  while (now_ns() < end_ns && live.trouble().empty()) {
+    auto newest = live.newest();
+    if (newest != last && newest && now_ns() > begin_ns) {
+      ages_ms.push_back(1e-6 * double(now_ns() - newest->snapshot.now_ns));
+      pictures_ms.push_back(1e3 * newest->picture_s);
+      widths.push_back(newest->picture->width);
+    }
+    last = std::move(newest);
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+  }
+  if (ages_ms.empty()) throw Mismatch("There was no picture: " + live.trouble());
+  table.rows.push_back({words(fmt::format("{} x {} x {}", size.x, size.y, size.z)),
+                        number(double(ages_ms.size()) / seconds, 1), number(median(widths), 0),
+                        number(median(pictures_ms), 1), number(median(ages_ms), 1)});
+  return table;
+}
+
 int run(const ViewCommand& command) {
   Console console(false, false);
   const CancelOnSignal cancel;
@@ -124,6 +191,7 @@ int run(const ViewCommand& command) {
   if (study.stop.stop_requested())
     return fail(console, {ErrorKind::kCancelled, "Stopped before all was drawn"});
   rows.add([&] { return cost_table(*context, size, study.runs); });
+  rows.add([&] { return window_table(command.quick ? 2 : 10); });
   const Status written = rows.write(command.rows);
   return written ? int(kExitOk) : fail(console, written.error());
 }
