@@ -232,6 +232,7 @@ TEST(CommandLine, EveryNumberHasARangeAndTheSentenceSaysIt) {
       {feel, "--zoom", {"0", "-1", "nan", "21"}, "from 0.1 to 20"},
       {feel, "--shadows", {"-0.1", "1.1", "nan"}, "from 0 to 1"},
       {view, "--turn", {"nan", "inf", "1e9"}, "from -3600 to 3600"},
+      {view, "--average", {"0", "-1", "1.5", "65"}, "from 1 to 64"},
       {feel, "--core", {"9999", "-1", "one"}, "cores for palpate: give one of 0"},
       {motion, "--iterations", {"0", "-1", "1.5"}, "from 1 to 10000"},
       {motion, "--levels", {"0", "-1", "13"}, "from 1 to 12"},
