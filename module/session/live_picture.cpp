@@ -70,7 +70,7 @@ Result<std::chrono::milliseconds> LivePicture::draw(Viewer& viewer, const SceneS
   std::array<Eye, 2> both{wanted.eye, wanted.eye};
   if (stereo != Stereo::kMono) both = eyes_of_head(wanted.eye, wanted.distance_m);
   const std::span<const Eye> eyes(both.data(), stereo == Stereo::kMono ? 1U : 2U);
-  Drawn drawn{viewer.scene_at(snapshot, seen_ns, eyes), both, most, stereo};
+  LastDrawn drawn{viewer.scene_at(snapshot, seen_ns, eyes), both, most, stereo};
   const bool is_still = drawn_ == drawn;
   drawn_ = std::move(drawn);
   auto frame = std::make_shared<LiveFrame>();

@@ -51,17 +51,17 @@ class LivePicture {
  private:
   Result<std::chrono::milliseconds> draw(Viewer& viewer, const SceneSnapshot& snapshot);
   /// What was drawn last.
-  struct Drawn {
+  struct LastDrawn {
     ViewScene scene;
     std::array<Eye, 2> eyes;
     PictureSize wanted;
     Stereo stereo = Stereo::kMono;
-    bool operator==(const Drawn&) const = default;
+    bool operator==(const LastDrawn&) const = default;
   };
 
   Session& session_;
   Resolution resolution_;
-  std::optional<Drawn> drawn_;
+  std::optional<LastDrawn> drawn_;
   std::array<PictureMean, 2> means_;
   double mean_scale_ = 0.0;   ///< of the pictures in them
   double full_s_ = 0.0;       ///< what the last picture would have taken in full size

@@ -30,6 +30,7 @@ using namespace view_shaders;
 
 Kernels::Kernels(std::shared_ptr<vulkan::Context> context)
     : context_(std::move(context)),
+      group_(context_->is_cpu() ? 2 : 1),
       nearest_(context_, VK_FILTER_NEAREST),
       linear_(context_, VK_FILTER_LINEAR) {}
 
@@ -70,13 +71,13 @@ const vulkan::Kernel& Kernels::mark(bool carried) {
   return get(k_view_mark, sizeof(MarkPush), {carried ? 1U : 0U});
 }
 const vulkan::Kernel& Kernels::list() {
-  return get(k_view_list, sizeof(BricksPush));
+  return get(k_view_list, sizeof(BricksPush), {group_});
 }
 const vulkan::Kernel& Kernels::need() {
   return get(k_view_need, sizeof(BricksPush));
 }
 const vulkan::Kernel& Kernels::brick(bool moves, bool blends) {
-  return get(k_view_brick, sizeof(BrickPush), {moves ? 1U : 0U, blends ? 1U : 0U});
+  return get(k_view_brick, sizeof(BrickPush), {moves ? 1U : 0U, blends ? 1U : 0U, group_});
 }
 const vulkan::Kernel& Kernels::carry() {
   return get(k_view_carry, sizeof(BrickPush));

@@ -65,6 +65,9 @@ class Kernels {
                             std::vector<uint32_t> specialisation = {});
 
   std::shared_ptr<vulkan::Context> context_;
+  /// Bricks along x and y that a workgroup makes, whose common values are computed once. A GPU
+  /// hides the time of its reads by many small workgroups, and has less memory for each of them.
+  uint32_t group_;
   vulkan::Sampler nearest_, linear_;
   std::mutex mutex_;
   std::map<std::pair<const uint32_t*, std::vector<uint32_t>>, vulkan::Kernel> kernels_;

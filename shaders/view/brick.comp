@@ -14,15 +14,15 @@
 // 0        in         rgba32f            nodes (z, y, x)    y - x, voxels
 // 1        in         any, one channel   frame (z, y, x)    share of the range
 // 2        in         any, one channel   next frame         share of the range
-// 3        in         uint               see list.comp      bricks to compute
+// 3        in         uint               see list.comp      groups of bricks to compute
 // 4        in         uint               kTable per transfer function   the next entry from here on with extinction
 // 5        in         float              kMostLevels x kTable per transfer function; level l: the largest
 //                                        extinction (1/mm) of 2^l entries from here on
 // 6        out        any rgba           volume (z, y, x)   slope in shares per mm, share
 // 7        out        uint               kSkipWords per brick; flags in the first, see kThin
 //
-// A workgroup is a brick. It computes values up to one voxel around its 9 x 9 x 9 nodes, so it does not depend on other
-// bricks; nodes on a common face are written by both bricks, with the same value. Border: clamped to the edge.
+// A workgroup makes a group of bricks. It computes values up to one voxel around their nodes, so it does not depend on
+// other groups; nodes on a common face are written by both, with the same value. Border: clamped to the edge.
 // Precision: fp32, stored in the image's format. Race: bits are set in shared memory by atomics. CPU oracle: felt_value
 // of tests/view/shown_value.h, which reads values as the hand does.
 layout(local_size_x = 64) in;
@@ -37,10 +37,13 @@ layout(set = 0, binding = 7) writeonly buffer Skip { uint skip[]; };
 layout(push_constant) uniform Push { BrickPush push; };
 layout(constant_id = 0) const int kMoves = 1;  // nodes are read
 layout(constant_id = 1) const int kBlends = 1;  // the next frame is read
+layout(constant_id = 2) const int kGroup = 1;  // bricks that a workgroup makes, along x and y
 
-const int kBefore = 1;
-const int kWide = kBrick + 3;  // values from one before the first node to one after the last
-shared float values[kWide * kWide * kWide];
+const int kBricks = kGroup * kGroup;
+const ivec3 kEdge = kBrick * ivec3(kGroup, kGroup, 1);  // of a group, in voxels
+const ivec3 kWide = kEdge + 3;  // values from one before the first node to one after the last
+const int kRow = kWide.x, kSlice = kWide.x * kWide.y;
+shared float values[kWide.x * kWide.y * kWide.z];
 
 #include "include/brick_cells.glsl"
 
@@ -67,13 +70,13 @@ void make_values(ivec3 origin) {
   const vec3 per_node = 1.0 / push.nodes.xyz;
   int row = int(gl_LocalInvocationIndex);
   do {
-    if (row < kWide * kWide) {
-      const ivec2 yz = ivec2(row % kWide, row / kWide) - 1;
+    if (row < kWide.y * kWide.z) {
+      const ivec2 yz = ivec2(row % kWide.y, row / kWide.y) - 1;
       vec3 voxel = vec3(origin + ivec3(-1, yz));
-      int at = kWide * row;
+      int at = kRow * row;
       if (kMoves == 0) {
         vec3 back = vec3(0.0);
-        make_run(at, kWide, voxel, back, vec3(0.0));
+        make_run(at, kWide.x, voxel, back, vec3(0.0));
       } else {
         vec3 place = (vec3(float(origin.x) / float(kNode), voxel.yz / float(kNode)) + 0.5) * per_node;
         vec3 low = textureLod(nodes, place - vec3(per_node.x, 0.0, 0.0), 0.0).xyz;
@@ -91,7 +94,7 @@ void make_values(ivec3 origin) {
           make_run(at, kNode, voxel, back, step);
           at += kNode;
           ++node;
-        } while (node < kBrick / kNode);
+        } while (node < kEdge.x / kNode);
         low = high;
         place.x += per_node.x;
         step = (textureLod(nodes, place, 0.0).xyz - low) / float(kNode);
@@ -100,24 +103,24 @@ void make_values(ivec3 origin) {
       }
     }
     row += 64;
-  } while (row < kWide * kWide);
+  } while (row < kWide.y * kWide.z);
 }
 
 void write_surface(ivec3 origin) {
-  const int kNodes = kBrick + 1;
+  const ivec3 kNodes = kEdge + 1;
   int row = int(gl_LocalInvocationIndex);
   do {
-    if (row < kNodes * kNodes) {
-      const ivec2 yz = ivec2(row % kNodes, row / kNodes);
-      const int here = 1 + kWide * (yz.x + 1 + kWide * (yz.y + 1));
+    if (row < kNodes.y * kNodes.z) {
+      const ivec2 yz = ivec2(row % kNodes.y, row / kNodes.y);
+      const int here = 1 + kRow * (yz.x + 1) + kSlice * (yz.y + 1);
       const bool inside = all(lessThan(origin.yz + yz, push.size.yz));
       float before = values[here - 1], value = values[here];
-      for (int x = 0; x < kNodes; ++x) {
+      for (int x = 0; x < kNodes.x; ++x) {
         const int at = here + x;
         const float after = values[at + 1];
-        const vec3 slope = 0.5 * push.per_mm.xyz *
-                           vec3(after - before, values[at + kWide] - values[at - kWide],
-                                values[at + kWide * kWide] - values[at - kWide * kWide]);
+        const vec3 slope =
+            0.5 * push.per_mm.xyz *
+            vec3(after - before, values[at + kRow] - values[at - kRow], values[at + kSlice] - values[at - kSlice]);
         if (inside && origin.x + x < push.size.x)
           imageStore(surface, origin + ivec3(x, yz), vec4(slope, value));
         before = value;
@@ -125,19 +128,28 @@ void write_surface(ivec3 origin) {
       }
     }
     row += 64;
-  } while (row < kNodes * kNodes);
+  } while (row < kNodes.y * kNodes.z);
 }
 
 void main() {
-  const uint place = list[3u + gl_WorkGroupID.x];
-  const ivec3 origin = kBrick * brick_of(place);
+  const ivec3 groups = (push.bricks.xyz + ivec3(kGroup - 1, kGroup - 1, 0)) / ivec3(kGroup, kGroup, 1);
+  const int place = int(list[3u + gl_WorkGroupID.x]);
+  const ivec3 group = ivec3(place % groups.x, place / groups.x % groups.y, place / (groups.x * groups.y));
+  const ivec3 origin = kEdge * group;
   start_cells();
   make_values(origin);
   barrier();
   write_surface(origin);
-  mark_cells(origin, ivec3(0), ivec3(kBrick), 0.0);
+  for (int b = 0; b < kBricks; ++b) {
+    const ivec3 low = kBrick * ivec3(b % kGroup, b / kGroup, 0);
+    mark_cells(b, 1 + low.x + kRow * (1 + low.y) + kSlice, origin + low, ivec3(0), ivec3(kBrick), 0.0);
+  }
   barrier();
-  mark_blocks();
+  for (int b = 0; b < kBricks; ++b) mark_blocks(b);
   barrier();
-  write_cells(place, true);
+  for (int b = 0; b < kBricks; ++b) {
+    const ivec3 brick = ivec3(kGroup, kGroup, 1) * group + ivec3(b % kGroup, b / kGroup, 0);
+    if (all(lessThan(brick, push.bricks.xyz)))
+      write_cells(b, uint(brick.x + push.bricks.x * (brick.y + push.bricks.y * brick.z)), true);
+  }
 }

@@ -37,8 +37,9 @@ layout(set = 0, binding = 6) writeonly buffer Skip { uint skip[]; };
 layout(set = 0, binding = 7) readonly buffer Needed { uint needed[]; };
 layout(push_constant) uniform Push { BrickPush push; };
 
-const int kBefore = 0;  // voxels computed before the brick's first one
+const int kBricks = 1;
 const int kWide = kBrick + 1;
+const int kRow = kWide, kSlice = kWide * kWide;
 shared float values[kWide * kWide * kWide];
 shared float steepest[kWide * kWide];  // of a row, its largest sum of slopes, shares per voxel
 
@@ -129,10 +130,10 @@ void main() {
   make_rows(origin, box_low, box_high);
   barrier();
   const int row = int(gl_LocalInvocationIndex % kBrick + kWide * (gl_LocalInvocationIndex / kBrick));
-  mark_cells(origin, box_low, box_high, 0.3 * max(max(steepest[row], steepest[row + 1]),
+  mark_cells(0, 0, origin, box_low, box_high, 0.3 * max(max(steepest[row], steepest[row + 1]),
                                 max(steepest[row + kWide], steepest[row + kWide + 1])));
   barrier();
-  mark_blocks();
+  mark_blocks(0);
   barrier();
-  write_cells(place, eighths == 0xffu);
+  write_cells(0, place, eighths == 0xffu);
 }
