@@ -38,8 +38,7 @@ Result<std::unique_ptr<Servo>> Servo::start(ForceDevice& device, Ticker& ticker,
                                              *servo->ports_, options.loop, options.listeners);
   servo->thread_ = emergency::thread_without_signals(
       [raw = servo.get(), wanted = options.real_time] { raw->run(*raw->loop_, wanted); });
-  servo->start_.wait(Start::kPending);
-  if (servo->start_.load() == Start::kRefused)
+  if (!servo->seated_.get_future().get())
     return Error{ErrorKind::kBadInput, "Eight servo loops run already: stop one of them first."};
   return servo;
 }
@@ -47,8 +46,7 @@ Result<std::unique_ptr<Servo>> Servo::start(ForceDevice& device, Ticker& ticker,
 void Servo::run(ServoLoop& loop, const RealTimeOptions& options) {
   const bool seated = emergency::join(&loop);
   if (seated) prepare_thread(options, report_);
-  start_.store(seated ? Start::kRunning : Start::kRefused);
-  start_.notify_one();
+  seated_.set_value(seated);
   while (seated && loop.run_period()) {
   }
   emergency::leave();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <future>
 #include <memory>
 #include <string>
 #include <thread>
@@ -71,8 +72,9 @@ class Servo {
   std::unique_ptr<ServoLoop> loop_;
   std::unique_ptr<ProcessPreparation> preparation_;
   ServoReport report_;
-  enum class Start { kPending, kRunning, kRefused };
-  std::atomic<Start> start_{Start::kPending};
+  /// Whether the thread's loop has one of the seats for emergencies. No std::atomic::wait(): on
+  /// Windows, GCC 12's can miss the notification.
+  std::promise<bool> seated_;
   std::thread thread_;
 };
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
+#include <mutex>
 
 namespace palpate {
 
@@ -39,7 +41,11 @@ class ComputedClock : public ServoClock {
   void let_go();
 
  private:
-  std::atomic<int64_t> now_ns_, limit_ns_;
+  std::atomic<int64_t> now_ns_;
+  // Not std::atomic::wait(): on Windows, GCC 12's can miss the notification.
+  std::mutex mutex_;
+  std::condition_variable passes_;
+  int64_t limit_ns_;
 };
 
 }  // namespace palpate
