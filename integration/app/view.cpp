@@ -316,8 +316,8 @@ Command add_view(CLI::App& program) {
                   "end")
       ->check(number_in({-3600.0, 3600.0, false, "degrees"}));
   app->add_option("--average", command->view.averaged,
-                  "Pictures in files: each is the mean of so many, whose rays go through different "
-                  "places of a pixel: smooth edges, no noise")
+                  "Each picture in a file is the mean of so many, whose rays go through different "
+                  "places of the pixels: smoother edges, less noise")
       ->check(whole_number_in(1, 64))
       ->capture_default_str();
   add_seeing(*app, *command);

@@ -8,17 +8,16 @@
 
 namespace palpate {
 
-/// Of one of several pictures of the same scene: where in its pixel a ray goes, in pixels from the
-/// middle, and by how much its samples are moved, in their steps.
+/// How the rays of one of several pictures of a scene differ from those of the others.
 struct RayPlace {
-  glm::dvec2 pixels{0.0};
-  double steps = 0.0;
+  glm::dvec2 pixels{0.0};  ///< where each goes through its pixel, from the middle
+  double steps = 0.0;      ///< how far its samples are moved along it, in steps between samples
 };
-/// Of picture n, from 0 on: picture 0 is as any other picture, and any number of pictures spread
-/// their rays evenly over a pixel.
+/// Of picture n, from 0 on. Picture 0 is drawn as a picture of its own is; the rays of any number
+/// of pictures from there on are spread evenly over a pixel.
 RayPlace ray_place(int n);
 
-/// The eye whose rays go through other places of the pixels.
+/// The eye with its rays moved by so many pixels, to the right and down.
 Eye with_rays_at(const Eye& eye, PictureSize size, glm::dvec2 pixels);
 
 /// The mean of pictures of one scene, each with its own ray_place(): smoother edges and less noise

@@ -35,7 +35,7 @@ constexpr size_t kMostGiven = 4;  // volumes of a scene; their segments come on 
 constexpr double kMostSegmentOpacity = 0.99;
 // Pixels along the edge of a voxel from which on rays are drawn for every second pixel first:
 // nothing as large as two voxels lies between two such rays.
-constexpr double kLeastVoxel = 1.0;
+constexpr double kLeastVoxelPixels = 1.0;
 constexpr int kMostListed = 1 << kItemBits;  // pixels along an edge of a picture of listed pixels
 
 /// The film around distance 0 that a segment's surface is drawn as: half a voxel to either side,
@@ -372,7 +372,7 @@ void VolumeRenderer::record(const ViewScene& scene, std::span<const Eye> eyes, P
       const view::SeenVoxels seen =
           view::seen_voxels(volumes[v], eyes[e], size, *shown->resident().frames);
       parameters.background_low.w = std::max(parameters.background_low.w, float(seen.farthest_m));
-      if (seen.least_pixels < kLeastVoxel) parameters.smooth_below[int(e)] = 0.0F;
+      if (seen.least_pixels < kLeastVoxelPixels) parameters.smooth_below[int(e)] = 0.0F;
     }
   }
   const bool lit = scene.shadows > 0.0;

@@ -37,10 +37,11 @@ struct RendererOptions {
   /// Four times as many samples where the light changes, as at surfaces. Off: less work for smooth
   /// looks.
   bool refines = true;
-  /// Rays are drawn for every second pixel along both axes first, and for those between only where
-  /// the picture is not smooth: where brightness (sRGB) or transmittance differ by more than this
-  /// from the mean of two neighbours, times 2. Pictures in which voxels are smaller than pixels
-  /// have rays for all pixels, as all pictures have with 0. From 4 on none between are drawn.
+  /// Rays are drawn for every second pixel along both axes first. The pixels between are
+  /// interpolated where the picture is smooth: where |a - 2 b + c| of three rays a, b, c in a row
+  /// is below this, in colour (sRGB) and transmittance, both 0 to 1, and in 1 / depth as a share of
+  /// b's. Elsewhere their rays are drawn, too. 0: rays of all pixels; infinity: none for the sake
+  /// of smoothness. Where voxels are smaller than pixels an eye has rays of all pixels.
   double smooth = 16.0 / 255.0;
   double near_m = 0.02;        ///< nothing is drawn closer to an eye
   bool skip_empty = true;      ///< off: every sample is taken

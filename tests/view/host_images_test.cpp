@@ -51,13 +51,6 @@ uint32_t swap(uint32_t c) {
   return (c & 0xff00ff00u) | (c & 0xffu) << 16 | (c >> 16 & 0xffu);
 }
 
-int worst_channel(uint32_t a, uint32_t b) {
-  int worst = 0;
-  for (int c = 0; c < 24; c += 8)
-    worst = std::max(worst, std::abs(int(a >> c & 0xffu) - int(b >> c & 0xffu)));
-  return worst;
-}
-
 class HostImagesTest : public ViewTest, public ::testing::WithParamInterface<Convention> {
  protected:
   void SetUp() override {

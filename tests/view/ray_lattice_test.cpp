@@ -14,13 +14,6 @@
 namespace palpate::test {
 namespace {
 
-int most_steps_apart(uint32_t a, uint32_t b) {
-  int worst = 0;
-  for (int c = 0; c < 32; c += 8)
-    worst = std::max(worst, std::abs(int(a >> c & 0xffu) - int(b >> c & 0xffu)));
-  return worst;
-}
-
 class RayLatticeTest : public ViewTest {
  protected:
   /// The scene with rays of all pixels, then as by default.
@@ -89,7 +82,7 @@ TEST_F(RayLatticeTest, EdgesStayWhereTheyAre) {
   EXPECT_LT(share_taken(), 0.9);
   int off = 0;
   for (size_t p = 0; p < all.colours.size(); ++p)
-    off += most_steps_apart(all.colours[p], fewer.colours[p]) > 16;
+    off += worst_channel(all.colours[p], fewer.colours[p]) > 16;
   EXPECT_LT(off, 20);
 }
 
@@ -185,7 +178,7 @@ TEST_F(RayLatticeTest, HiddenPixelsAreNotMixedIntoThoseBesideThem) {
         ASSERT_EQ(pictures[1].colours[p], 0U);
       } else if (from_middle > 38.0) {
         ++at_the_edge;
-        ASSERT_LE(most_steps_apart(pictures[1].colours[p], pictures[0].colours[p]), 3)
+        ASSERT_LE(worst_channel(pictures[1].colours[p], pictures[0].colours[p]), 3)
             << x << ", " << y;
       }
     }
@@ -314,7 +307,7 @@ TEST_F(RayLatticeTest, AHostsPictureIsNeverInterpolated) {
   for (size_t p = 0; p < lines.size(); ++p) {
     changed += pixels[0][p] != lines[p];
     other += pixels[0][p] != pixels[1][p];
-    ASSERT_LE(most_steps_apart(pixels[0][p], pixels[1][p]), 2) << "pixel " << p;
+    ASSERT_LE(worst_channel(pixels[0][p], pixels[1][p]), 2) << "pixel " << p;
   }
   EXPECT_GT(changed, 4000);
   EXPECT_GT(other, 0) << "nothing was interpolated";

@@ -130,4 +130,12 @@ inline int channel(const Picture& picture, int x, int y, int c) {
   return int(picture.colours[size_t(y) * size_t(picture.width) + size_t(x)] >> (8 * c) & 255U);
 }
 
+/// The largest difference of red, green or blue.
+inline int worst_channel(uint32_t a, uint32_t b) {
+  int worst = 0;
+  for (int c = 0; c < 24; c += 8)
+    worst = std::max(worst, std::abs(int(a >> c & 0xffu) - int(b >> c & 0xffu)));
+  return worst;
+}
+
 }  // namespace palpate::test

@@ -72,8 +72,8 @@ class Servo {
   std::unique_ptr<ServoLoop> loop_;
   std::unique_ptr<ProcessPreparation> preparation_;
   ServoReport report_;
-  /// Whether the thread's loop has one of the seats for emergencies. No std::atomic::wait(): on
-  /// Windows, GCC 12's can miss the notification.
+  /// Whether the thread's loop is one of the eight that can be stopped in an emergency. No
+  /// std::atomic::wait(): on Windows, GCC 12's can miss the notification.
   std::promise<bool> seated_;
   std::thread thread_;
 };

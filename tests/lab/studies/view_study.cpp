@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <tuple>
 
@@ -160,7 +161,7 @@ class LookStudy {
     shot.skip_empty = way.family != kNoSkip;
     shot.refines = way.family == kDefault;
     if (way.family == kAllPixels) shot.smooth = 0.0;
-    if (way.family == kHalf) shot.smooth = 4.0;
+    if (way.family == kHalf) shot.smooth = std::numeric_limits<double>::infinity();
     shot.moving = way.family == kMoving;
     const bool smaller = way.family == kSmaller;
     if (smaller) shot.pixels /= 2;
